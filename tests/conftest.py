@@ -6,18 +6,28 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sqlalchemy.engine import make_url
 from starlette.testclient import TestClient
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.store.migrate import upgrade
 from tests.app.serving import serving
-from tests.databases import fresh_database, postgres_server
+from tests.databases import fresh_database, postgres_server, sqlite_database
 
 
 @pytest.fixture(scope="session")
 def postgres_server_url() -> Iterator[str]:
     with postgres_server() as url:
         yield url
+
+
+@pytest.fixture(scope="session")
+def postgres_template(postgres_server_url: str) -> Iterator[str]:
+    """The name of a migrated database that has no connections, to be copied."""
+    with fresh_database(postgres_server_url) as url:
+        upgrade(url)
+        yield make_url(url).database or ""
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
@@ -30,13 +40,15 @@ def empty_database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterat
         yield url
 
 
-@pytest.fixture
-def database_url(empty_database_url: str) -> str:
+@pytest.fixture(params=["sqlite", "postgresql"])
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[str]:
     """The same, migrated."""
-    from app.store.migrate import upgrade
-
-    upgrade(empty_database_url)
-    return empty_database_url
+    if request.param == "sqlite":
+        yield sqlite_database(tmp_path)
+        return
+    server, template = map(request.getfixturevalue, ("postgres_server_url", "postgres_template"))
+    with fresh_database(server, template) as url:
+        yield url
 
 
 @pytest.fixture(scope="session")

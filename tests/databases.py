@@ -17,12 +17,14 @@ import time
 import uuid
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import psycopg
 from psycopg import sql
 from sqlalchemy.engine import make_url
 
+from app.store.migrate import upgrade
 from tests.child_processes import die_with_test_runner
 
 ENVIRONMENT_URL = "CRANKWRIGHT_TEST_POSTGRES_URL"
@@ -40,13 +42,30 @@ def postgres_server() -> Iterator[str]:
         yield url
 
 
+@cache
+def _migrated_file() -> bytes:
+    """Migrating takes longer than most tests of a store: once per process is enough."""
+    with tempfile.TemporaryDirectory() as folder:
+        upgrade(f"sqlite:///{folder}/runs.sqlite3")
+        return Path(folder, "runs.sqlite3").read_bytes()
+
+
+def sqlite_database(folder: Path) -> str:
+    """The URL of the SQLite database ``runs.sqlite3`` in the folder; without any, of a new one of this version."""
+    file = folder / "runs.sqlite3"
+    if not file.exists():
+        file.write_bytes(_migrated_file())
+    return f"sqlite:///{file}"
+
+
 @contextmanager
-def fresh_database(server_url: str) -> Iterator[str]:
-    """An empty database on the server, dropped at the end."""
+def fresh_database(server_url: str, template: str = "template1") -> Iterator[str]:
+    """A copy of the template database on the server, by default an empty one; dropped at the end."""
     name = f"test_{uuid.uuid4().hex}"
     plain = make_url(server_url).set(drivername="postgresql").render_as_string(hide_password=False)
     with psycopg.connect(plain, autocommit=True) as connection:
-        connection.execute(sql.SQL("CREATE DATABASE {}").format(sql.Identifier(name)))
+        copied = sql.SQL("CREATE DATABASE {} TEMPLATE {}").format(sql.Identifier(name), sql.Identifier(template))
+        connection.execute(copied)
     try:
         yield make_url(server_url).set(database=name).render_as_string(hide_password=False)
     finally:

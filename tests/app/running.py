@@ -15,6 +15,7 @@ from typing import Any
 import httpx
 
 from tests.child_processes import die_with_test_runner
+from tests.databases import sqlite_database
 
 ROOT = Path(__file__).parents[2]
 _END_WITH_TESTS = die_with_test_runner()
@@ -69,7 +70,7 @@ class Running:
         if cold:
             environment["NUMBA_CACHE_DIR"] = str(folder / "kernels")
         self.output = folder / "output.txt"
-        database = url or f"sqlite:///{folder}/runs.sqlite3"
+        database = url or sqlite_database(folder)
         with self.output.open("w") as file:
             self.process = subprocess.Popen(
                 [sys.executable, "-m", "app.cli", "serve", "--port", "0", "--database-url", database],

@@ -12,12 +12,13 @@ from starlette.testclient import TestClient
 
 from app.main import create_app
 from app.settings import Settings
+from tests.databases import sqlite_database
 
 
 @contextmanager
 def serving(folder: Path, **settings: object) -> Iterator[TestClient]:
     """A client of the application on a fresh SQLite file; server errors are returned as responses."""
-    url = f"sqlite:///{folder}/runs.sqlite3"
+    url = sqlite_database(folder)
     # low-priority workers would starve beside other tests
     given = {"workers": 1, "batch_workers": 1, "batch_niceness": 0, "solve_budget_s": 60.0, "form_patience_s": 60.0}
     given |= settings

@@ -26,10 +26,10 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.logging import LogFormat, LogLevel, configure
-from app.store.migrate import upgrade
 from tests.app.access.keyed import keyed
 from tests.app.running import ROOT
 from tests.app.store.records import make_record
+from tests.databases import sqlite_database
 
 MASSES = "/api/v1/analyses/crank-masses"
 LINKAGE = "/api/v1/checks/impact-linkage"
@@ -217,7 +217,7 @@ def test_live_started_and_ready_are_told_apart(states, warm, alive, statuses):
 
 
 def newer(folder: Path) -> dict[str, str]:
-    upgrade(f"sqlite:///{folder}/runs.sqlite3")
+    sqlite_database(folder)
     with sqlite3.connect(folder / "runs.sqlite3") as connection:
         connection.execute("UPDATE alembic_version SET version_num = '9999'")
     connection.close()

@@ -22,11 +22,11 @@ from app.designs.registry import KINDS, example_of, job_of
 from app.edge.stack import edge
 from app.jobs.errors import BudgetExceeded, Busy, ShareUsed
 from app.settings import Settings
-from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.store.viewer import seeing_as
 from app.submission import Service, ServiceLimits
 from tests.app.serving import serving
+from tests.databases import sqlite_database
 
 GUIDE = (Path(__file__).parents[2] / "docs" / "service.md").read_text("utf-8")
 JSON = {"Content-Type": "application/json"}
@@ -133,8 +133,7 @@ class Endless:
 
 @pytest.fixture
 def store(tmp_path: Path) -> Iterator[RunStore]:
-    upgrade(f"sqlite:///{tmp_path}/runs.sqlite3")
-    with RunStore(f"sqlite:///{tmp_path}/runs.sqlite3") as opened:
+    with RunStore(sqlite_database(tmp_path)) as opened:
         yield opened
 
 

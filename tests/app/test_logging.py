@@ -15,9 +15,9 @@ from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS
 from app.jobs.errors import SolveFailed, WorkerCrashed
 from app.logging import LogFormat, LogLevel, configure, get_logger
-from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
+from tests.databases import sqlite_database
 
 ROD = KINDS["flexible-rod"]
 
@@ -82,9 +82,7 @@ class Failing:
 
 @pytest.fixture
 def store(tmp_path) -> Iterator[RunStore]:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
-    with RunStore(url) as opened:
+    with RunStore(sqlite_database(tmp_path)) as opened:
         yield opened
 
 

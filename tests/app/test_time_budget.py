@@ -17,10 +17,10 @@ from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS
 from app.designs.schema import envelope
 from app.encoded_answer import EncodedAnswer
-from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
 from solvers.outcome import Accuracy, Outcome, Status
+from tests.databases import sqlite_database
 
 DESIGNS = [kind for kind in KINDS.values() if Mode.DESIGN in kind.jobs]
 
@@ -53,9 +53,7 @@ class Recording:
 
 @pytest.fixture
 def store(tmp_path) -> Iterator[RunStore]:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
-    with RunStore(url) as opened:
+    with RunStore(sqlite_database(tmp_path)) as opened:
         yield opened
 
 

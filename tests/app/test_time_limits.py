@@ -32,7 +32,6 @@ from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.settings import Settings
 from app.store import leases, repository
 from app.store.batch_operations import Claim
-from app.store.migrate import upgrade
 from app.store.record import RunStatus, utc_now
 from app.store.repository import RunStore
 from app.store.run_leases import TakeOverExpired
@@ -43,6 +42,7 @@ from tests.app.store.records import make_record, make_response
 from tests.app.store.test_batches import received
 from tests.app.test_time_budget import Recording, example_result
 from tests.clockwork import by_clockwork
+from tests.databases import sqlite_database
 
 MOMENT = 0.01
 BESIDE = [(-MOMENT, True), (MOMENT, False)]
@@ -51,9 +51,7 @@ BESIDE = [(-MOMENT, True), (MOMENT, False)]
 
 @pytest.fixture
 def url(tmp_path: Path) -> str:
-    found = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(found)
-    return found
+    return sqlite_database(tmp_path)
 
 
 # -- what is waited for ------------------------------------------------------------------------------------------

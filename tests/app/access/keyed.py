@@ -16,6 +16,7 @@ from app.settings import Settings
 from app.store.keys import CreateKey
 from app.store.record import RunRecord
 from app.store.repository import RunStore
+from tests.databases import sqlite_database
 
 
 @dataclass
@@ -45,7 +46,7 @@ class Keyed:
 
 @contextmanager
 def keyed(folder: Path, **settings: object) -> Iterator[Keyed]:
-    url = f"sqlite:///{folder}/runs.sqlite3"
+    url = sqlite_database(folder)
     app = create_app(Settings(database_url=url, workers=1, allowed_hosts="testserver", **settings))
     with TestClient(app, raise_server_exceptions=False, follow_redirects=False) as client:
         yield Keyed(client)

@@ -10,16 +10,14 @@ from typer.testing import CliRunner
 from app.access.protection import UnprotectedService, check_protected
 from app.cli import app
 from app.settings import Settings
-from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from tests.app.access.keyed import bearer, keyed
+from tests.databases import sqlite_database
 
 
 @pytest.fixture
 def url(tmp_path: Path) -> str:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
-    return url
+    return sqlite_database(tmp_path)
 
 
 def command(*words: str):

@@ -30,13 +30,13 @@ from app.store.batch_items import packed, unpacked
 from app.store.batch_operations import Claim
 from app.store.batch_reads import items_after
 from app.store.batch_records import BatchRecord, Item
-from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.store.verify import verify
 from app.store.viewer import seeing_as
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
 from tests.child_processes import die_with_test_runner
+from tests.databases import sqlite_database
 
 KILLS, ITEMS = 3, 5000
 """Number of kills, with fake workers; ``tests.reliability.kills`` runs many more with real ones."""
@@ -188,8 +188,7 @@ def test_poison_items_are_isolated_by_splitting_and_stored_as_failed(database_ur
 
 @pytest.mark.parametrize(("deaths", "status"), [(19, "succeeded"), (20, "failed")])
 def test_an_item_survives_the_death_of_nineteen_lease_holders(tmp_path: Path, deaths: int, status: str) -> None:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
+    url = sqlite_database(tmp_path)
 
     async def story() -> list[Item]:
         executor = fake.pool()
@@ -239,7 +238,6 @@ def test_owners_of_batches_take_turns(database_url: str) -> None:
 
 def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:
     """SIGKILL of the service or a worker, sometimes right after the start."""
-    upgrade(database_url)
 
     async def submit() -> str:
         with RunStore(database_url) as store:
@@ -346,8 +344,7 @@ def test_equal_items_of_a_batch_are_solved_once(
 
 def test_memory_is_bounded_for_large_batches(tmp_path: Path) -> None:
     """20 MB of rows pass through a few MB of memory."""
-    rows, url = 50_000, f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
+    rows, url = 50_000, sqlite_database(tmp_path)
 
     async def stream() -> AsyncIterator[bytes]:
         for first in range(0, rows, 100):

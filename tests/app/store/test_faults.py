@@ -22,6 +22,7 @@ from app.store.models import runs
 from app.store.record import RunFilter, new_run_id, utc_now
 from app.store.repository import RunStore
 from tests.app.store.records import make_record, make_response
+from tests.databases import sqlite_database
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 
@@ -31,9 +32,8 @@ WITHIN_S = 5.5
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    path = tmp_path / "runs.sqlite3"
-    upgrade(f"sqlite:///{path}")
-    return path
+    sqlite_database(tmp_path)
+    return tmp_path / "runs.sqlite3"
 
 
 @pytest.fixture

@@ -21,6 +21,7 @@ from app.store.repository import RunStore
 from app.store.response_codec import pack, unpack
 from app.store.verify import verify
 from tests.app.store.records import make_record, make_response
+from tests.databases import sqlite_database
 
 
 def fill(url: str, number: int = 5) -> list:
@@ -37,8 +38,7 @@ def ids(url: str) -> set[str]:
 
 
 def test_a_backup_of_a_store_in_use_restores_completely(tmp_path: Path) -> None:
-    url, copy = f"sqlite:///{tmp_path}/runs.sqlite3", tmp_path / "backup.sqlite3"
-    upgrade(url)
+    url, copy = sqlite_database(tmp_path), tmp_path / "backup.sqlite3"
     records = fill(url)
     with RunStore(url) as store:
         store.put_and_wait(make_record(9))  # in the journal still
@@ -56,8 +56,7 @@ def test_a_backup_of_a_store_in_use_restores_completely(tmp_path: Path) -> None:
 
 
 def test_a_backup_of_a_damaged_store_is_reported(tmp_path: Path) -> None:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
+    url = sqlite_database(tmp_path)
     fill(url)
     with sqlite3.connect(tmp_path / "runs.sqlite3") as connection:
         connection.execute("UPDATE runs SET name = 'other'")

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from app.store.engine import make_engine
-from app.store.migrate import upgrade
 from app.store.models import idempotency_keys, runs
 from app.store.record import RunRecord
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record, make_response
+from tests.databases import sqlite_database
 
 RECORDS = 5
 
@@ -34,9 +34,8 @@ def fill(url: str) -> list[RunRecord]:
 
 @pytest.fixture
 def sqlite_file(tmp_path: Path) -> Path:
-    path = tmp_path / "runs.sqlite3"
-    upgrade(f"sqlite:///{path}")
-    return path
+    sqlite_database(tmp_path)
+    return tmp_path / "runs.sqlite3"
 
 
 def execute(path: Path, statement: str, *parameters: object) -> None:

@@ -16,7 +16,6 @@ from sqlalchemy.exc import IntegrityError, OperationalError
 from app.store.engine import make_engine
 from app.store.errors import StoreClosed
 from app.store.faults import FaultKind
-from app.store.migrate import upgrade
 from app.store.models import ledger, runs
 from app.store.operations import INSERT_RUN, Put
 from app.store.repository import RunStore
@@ -24,13 +23,12 @@ from app.store.rows import run_to_row
 from app.store.verify import verify
 from app.store.writer import GroupWriter
 from tests.app.store.records import make_record
+from tests.databases import sqlite_database
 
 
 @pytest.fixture
 def url(tmp_path: Path) -> str:
-    url = f"sqlite:///{tmp_path}/runs.sqlite3"
-    upgrade(url)
-    return url
+    return sqlite_database(tmp_path)
 
 
 @pytest.fixture

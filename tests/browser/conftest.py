@@ -58,9 +58,9 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         server.wait(20)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="package")
 def browser() -> Iterator[Browser]:
-    """Ended with its module: the loop it runs would be in the way of tests with loops of their own."""
+    """Ended before other tests begin: the loop it runs would be in the way of those with loops of their own."""
     path = shutil.which("chromium")
     assert path, "chromium is missing: run scripts/system-packages"
     with sync_playwright() as playwright:

@@ -21,9 +21,7 @@ import pytest
 from app.batches import engine as engines
 from app.batches.service import Asked, BatchService
 from app.designs.kind import Mode
-from app.designs.progress import ignore_progress
 from app.designs.registry import KINDS
-from app.jobs import calls
 from app.jobs.errors import WorkerCrashed
 from app.store.batch_inputs import Row, Source
 from app.store.batch_items import packed, unpacked
@@ -34,11 +32,12 @@ from app.store.repository import RunStore
 from app.store.verify import verify
 from app.store.viewer import seeing_as
 from tests.app.batches import fake
+from tests.app.batches.in_process import InProcess
 from tests.app.running import descendants, parents, wait_until
 from tests.child_processes import die_with_test_runner
 from tests.databases import sqlite_database
 
-KILLS, ITEMS = 3, 5000
+KILLS, ITEMS = 2, 5000
 """Number of kills, with fake workers; ``tests.reliability.kills`` runs many more with real ones."""
 
 
@@ -66,24 +65,12 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-3))
 
 
-class _Inline:
-    """Solves in this process; knows what it was asked to solve."""
-
-    background_workers = 0
-
-    def __init__(self) -> None:
-        self.asked: list[dict[str, Any]] = []
-
-    async def run(self, kind: str, mode: str, payload: bytes, _budget_s: float) -> Any:
-        self.asked.append(json.loads(payload))
-        return calls.answer(kind, mode, payload, ignore_progress)
-
-
-def test_items_are_compressed_with_the_first_of_their_batch() -> None:
+def test_items_are_compressed_with_the_first_of_their_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(engines, "_DICTIONARY_S", 60.0)
     example = KINDS["impact-linkage"].example(Mode.CHECK)
     body = {name: value for name, value in example.items() if name not in ("drive", "coupler_stiffness_n_m")}
     first, other = ({**body, "blow_frequency_hz": frequency} for frequency in (21.3, 24.7))
-    engine = engines.BatchEngine(None, _Inline(), 10.0)  # type: ignore[arg-type]
+    engine = engines.BatchEngine(None, InProcess(), 10.0)  # type: ignore[arg-type]
 
     async def story(content: bytes | None) -> bytes:
         row = None if content is None else Row(1, content)
@@ -106,7 +93,7 @@ def test_items_are_compressed_with_the_first_of_their_batch() -> None:
 
 
 def test_the_first_item_of_slow_jobs_is_not_solved_twice() -> None:
-    executor = _Inline()
+    executor = InProcess()
     engine = engines.BatchEngine(None, executor, 10.0)  # type: ignore[arg-type]
     example = KINDS["impact-linkage"].example(Mode.DESIGN)
     row = Row(1, json.dumps({**example, "blow_frequency_hz": 21.3}).encode())
@@ -125,7 +112,7 @@ def test_intake_does_not_wait_until_workers_are_free(monkeypatch: pytest.MonkeyP
     async def story() -> None:
         free = asyncio.Event()
 
-        class Busy(_Inline):
+        class Busy(InProcess):
             async def run(self, *call: Any) -> Any:
                 await free.wait()
                 return await super().run(*call)
@@ -237,7 +224,7 @@ def test_owners_of_batches_take_turns(database_url: str) -> None:
 
 
 def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:
-    """SIGKILL of the service or a worker, sometimes right after the start."""
+    """SIGKILL of the service alone, then of a worker and the service, sometimes right after the start."""
 
     async def submit() -> str:
         with RunStore(database_url) as store:
@@ -248,7 +235,7 @@ def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:
             finally:
                 executor.close()
 
-    batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
+    batch_id, chance, left = asyncio.run(submit()), random.Random(6), set()
     # Not as __main__: workers import their entry point by module name.
     command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())

@@ -23,9 +23,15 @@ from app.logging import get_logger
 from app.store.batch_records import BatchRecord
 from app.store.errors import StoreError
 from app.store.verify import verify
+from tests.app.batches.in_process import InProcess
 
 runner = CliRunner()
 PIN = KINDS["pin-profile"].example(Mode.CHECK)
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(offline, "ProcessPool", InProcess)
 
 
 def call(folder: Path, cases: Path, output: Path, *options: str):
@@ -57,6 +63,7 @@ def test_invalid_input_is_reported(tmp_path: Path) -> None:
         assert answer.exit_code == 2, answer.output
 
 
+@pytest.mark.usefixtures("in_process")
 def test_an_item_stored_without_its_curves_is_reported_with_them(tmp_path: Path) -> None:
     cases, output, page = tmp_path / "cases.ndjson", tmp_path / "results.csv", tmp_path / "report.html"
     cases.write_text(json.dumps(PIN))
@@ -68,6 +75,7 @@ def test_an_item_stored_without_its_curves_is_reported_with_them(tmp_path: Path)
     assert "data:image/svg" in page.read_text()
 
 
+@pytest.mark.usefixtures("in_process")
 @pytest.mark.parametrize("suffix", [".ndjson", ".json"])
 def test_cases_of_another_file_name_are_solved_as_their_own_batch(tmp_path: Path, suffix: str) -> None:
     cases, output = tmp_path / f"cases{suffix}", tmp_path / "results.csv"

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,7 +27,7 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.logging import LogFormat, LogLevel, configure
-from tests.app.access.keyed import keyed
+from tests.app.access.keyed import Keyed, keyed
 from tests.app.running import ROOT
 from tests.app.store.records import make_record
 from tests.databases import sqlite_database
@@ -34,6 +35,23 @@ from tests.databases import sqlite_database
 MASSES = "/api/v1/analyses/crank-masses"
 LINKAGE = "/api/v1/checks/impact-linkage"
 BODY = KINDS["crank-masses"].example(Mode.ANALYSIS)
+
+
+@pytest.fixture(scope="module")
+def warm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Keyed]:
+    """A service for tests that leave it as it was."""
+    with keyed(tmp_path_factory.mktemp("warm")) as service:
+        service.warm()
+        yield service
+
+
+def failing(monkeypatch: pytest.MonkeyPatch, service: Keyed, error: Exception) -> None:
+    """Every solve of the service ends with this error."""
+
+    async def fail(*_):
+        raise error
+
+    monkeypatch.setattr(service.client.app.state.service.executor, "run", fail)
 
 
 def test_a_damaged_record_is_a_500_without_content(tmp_path):
@@ -84,16 +102,15 @@ def test_a_full_database_is_507(tmp_path):
         assert len(service.client.get("/api/v1/runs").json()["items"]) == statuses.count(201)
 
 
-def test_request_ids_appear_in_responses_and_logs(tmp_path):
+def test_request_ids_appear_in_responses_and_logs(warm, monkeypatch):
     stream, root = io.StringIO(), logging.getLogger()
     level, handlers = root.level, list(root.handlers)
     try:
-        with keyed(tmp_path) as service:
-            configure(LogFormat.JSON, LogLevel.INFO, stream)
-            given = service.client.get("/api/v1/runs", headers={"X-Request-ID": "mine-7"})
-            made = service.client.get("/api/v1/runs", headers={"X-Request-ID": "not fit\x7f"})
-            service.client.app.state.service.store.get = None  # an unexpected error
-            failed = service.client.get(f"/api/v1/runs/{'0' * 36}", headers={"X-Request-ID": "broken"})
+        configure(LogFormat.JSON, LogLevel.INFO, stream)
+        given = warm.client.get("/api/v1/runs", headers={"X-Request-ID": "mine-7"})
+        made = warm.client.get("/api/v1/runs", headers={"X-Request-ID": "not fit\x7f"})
+        monkeypatch.setattr(warm.store, "get", None)  # an unexpected error
+        failed = warm.client.get(f"/api/v1/runs/{'0' * 36}", headers={"X-Request-ID": "broken"})
     finally:
         root.handlers[:] = handlers
         root.setLevel(level)
@@ -106,12 +123,10 @@ def test_request_ids_appear_in_responses_and_logs(tmp_path):
     assert any("Traceback" in each.get("exception", "") and "TypeError" in each["exception"] for each in told)
 
 
-def test_metrics_cover_solves_queues_and_the_store(tmp_path):
-    with keyed(tmp_path) as service:
-        service.warm()
-        before = service.client.get("/metrics").text
-        assert service.client.post(MASSES, json=BODY).status_code == 201
-        after = service.client.get("/metrics").text
+def test_metrics_cover_solves_queues_and_the_store(warm):
+    before = warm.client.get("/metrics").text
+    assert warm.client.post(MASSES, json=BODY).status_code == 201
+    after = warm.client.get("/metrics").text
 
     def value(text: str, start: str) -> float:
         return sum(float(line.rpartition(" ")[2]) for line in text.splitlines() if line.startswith(start))
@@ -143,19 +158,14 @@ def test_metrics_count_items_of_batches(tmp_path):
 
 
 @pytest.mark.parametrize(("error", "status"), [(BudgetExceeded(1.5), 504), (MemoryExceeded("too much"), 507)])
-def test_a_plot_beyond_its_limits_is_a_problem(tmp_path, error, status):
-    async def fail(*_):
-        raise error
-
-    with keyed(tmp_path) as service:
-        service.warm()
-        plots = service.client.post(LINKAGE, json=KINDS["impact-linkage"].example(Mode.CHECK)).json()["links"]["plots"]
-        service.client.app.state.service.executor.run = fail
-        answer = service.client.get(plots["loads"])
-        assert answer.status_code == status and answer.headers["content-type"] == "application/problem+json"
-        if status == 504:
-            assert answer.json()["title"] == "The plot took too long to draw" and "1.5 s" in answer.json()["detail"]
-            assert int(answer.headers["Retry-After"]) >= 1
+def test_a_plot_beyond_its_limits_is_a_problem(warm, monkeypatch, error, status):
+    plots = warm.client.post(LINKAGE, json=KINDS["impact-linkage"].example(Mode.CHECK)).json()["links"]["plots"]
+    failing(monkeypatch, warm, error)
+    answer = warm.client.get(plots["loads"])
+    assert answer.status_code == status and answer.headers["content-type"] == "application/problem+json"
+    if status == 504:
+        assert answer.json()["title"] == "The plot took too long to draw" and "1.5 s" in answer.json()["detail"]
+        assert int(answer.headers["Retry-After"]) >= 1
 
 
 @pytest.mark.parametrize(
@@ -167,19 +177,14 @@ def test_a_plot_beyond_its_limits_is_a_problem(tmp_path, error, status):
         (SolveFailed("ValueError", "Traceback"), "failure"),
     ],
 )
-def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, reason):
-    async def fail(*_):
-        raise error
-
+def test_metrics_count_solves_without_an_answer_and_effects(warm, monkeypatch, error, reason):
     def number() -> float:
         return metrics.ENDED.labels(reason)._value.get()
 
-    with keyed(tmp_path) as service:
-        service.warm()
-        service.client.app.state.service.executor.run = fail
-        before = number()
-        answer = service.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
-        assert answer.json()["status"] == "failed" and number() == before + 1
+    failing(monkeypatch, warm, error)
+    before = number()
+    answer = warm.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
+    assert answer.json()["status"] == "failed" and number() == before + 1
     effects = (("shear", "skipped"), ("friction", "active"))
     metrics.record_solve("a-kind", "check", "succeeded", 0.1, effects)
     for effect, state in effects:

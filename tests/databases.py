@@ -115,7 +115,7 @@ def _own_server() -> Iterator[str]:
         yield url
     finally:
         if server is not None:
-            server.send_signal(signal.SIGINT)  # PostgreSQL's fast shutdown
+            server.send_signal(signal.SIGQUIT)  # PostgreSQL's immediate shutdown: nothing is kept
             try:
                 server.wait(20)
             except subprocess.TimeoutExpired:

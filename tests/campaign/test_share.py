@@ -19,7 +19,7 @@ from bench.campaign.honesty import ACCURACIES, Judged, judge_estimate, judge_est
 from bench.campaign.scenes import DRAWN, scene_of, scenes
 
 CHOSEN = {"flexible-rod": 3}
-DESIGNS = {"flexible-rod": 2, "impact-linkage": 5, "pin-profile": 7}
+DESIGNS = {"flexible-rod": 2, "impact-linkage": 4, "pin-profile": 4}
 """Number of scenes for the selection of effects (12 for the other kinds), and of designs."""
 
 
@@ -30,8 +30,8 @@ def test_every_kind_with_selectable_accuracy_has_scenes():
 
 @pytest.mark.parametrize("slug", DRAWN)
 def test_error_estimates_and_accuracies_hold(slug):
-    judged = {scene.seed: judge_estimate(scene) for scene in scenes(slug, 16)}
-    assert sum(j is not None for j in judged.values()) >= 12
+    judged = {scene.seed: judge_estimate(scene) for scene in scenes(slug, 8)}
+    assert sum(j is not None for j in judged.values()) >= 6
     assert [seed for seed, j in judged.items() if j and not (j.honest and j.honesty_judged)] == []
     assert [seed for seed, j in judged.items() if j and not (j.met and j.meeting_judged)] == []
 
@@ -45,9 +45,9 @@ def test_errors_found_by_the_campaign_are_within_their_estimates(seed, accuracy)
 
 
 def test_estimates_of_rods_are_at_most_thirty_times_the_error_in_the_median():
-    judged = [judge_estimate_at(scene, accuracy) for scene in scenes("flexible-rod", 20) for accuracy in ACCURACIES]
+    judged = [judge_estimate_at(scene, accuracy) for scene in scenes("flexible-rod", 10) for accuracy in ACCURACIES]
     found = [j for j in judged if j]
-    assert len(found) >= 120 and all(j.honest for j in found)
+    assert len(found) >= 60 and all(j.honest for j in found)
     assert statistics.median(j.ratio for j in found) <= 30.0
 
 

@@ -101,7 +101,7 @@ def known(client):
 @pytest.mark.parametrize("operation", OPERATIONS, ids=lambda operation: operation.label)
 def test_generated_requests_are_answered_as_documented(client, known, operation):
     """``python -m tests.reliability.document`` makes thousands."""
-    number = 2 if "/accuracy/" in operation.path else 8
+    number = 2 if "/accuracy/" in operation.path else 4
     assert sum(part(client, operation, known, turn, number).total() for turn in (0, 1)) > 0
 
 

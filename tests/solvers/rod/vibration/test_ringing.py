@@ -58,39 +58,57 @@ def test_a_free_mode_is_a_motion(loss):
     assert error.sum() < 1e-7
 
 
+def gauss(points):
+    """Nodes, weights and matrix of the Gauss method of order ``2 points`` on [0, 1]."""
+    nodes = 0.5 * (np.polynomial.legendre.leggauss(points)[0] + 1.0)
+    powers = np.arange(1, points + 1)
+    inverse = np.linalg.inv(nodes[:, None] ** (powers - 1))
+    return nodes, (1.0 / powers) @ inverse, (nodes[:, None] ** powers / powers) @ inverse
+
+
+def transfers(equation, excitation, edges):
+    """The maps of (a, a', 1) over the steps between the edges, (steps, 2 modes, 2 modes + 1), from the equation of
+    motion of all modes by the Gauss method of order 8."""
+    (nodes, weights, matrix), width, n = gauss(4), np.diff(edges), equation.masses.size
+    x = (edges[:-1, None] + width[:, None] * nodes).ravel()
+
+    def static(angle):
+        return quasi_static(equation, states_at(excitation.drive, excitation.strip, angle))
+
+    fluctuation, _, load = static(x)
+    if equation.loss:
+        load = load + equation.damping * (static(x + 1e-5)[1] - static(x - 1e-5)[1]) / 2e-5
+    change = np.zeros((x.size, 2 * n, 2 * n + 1))
+    change[:, :n, n:-1] = np.eye(n)
+    change[:, n:, :n] = -(np.eye(n) + fluctuation[:, None, None] * equation.geometric) / equation.masses[:, None]
+    change[:, n:, n:-1] = -np.diag(equation.damping / equation.masses)
+    change[:, n:, -1] = load / equation.masses
+    change = change.reshape(width.size, nodes.size, 2 * n, 2 * n + 1)
+    # k_i = change_i (y + width sum_j matrix_ij k_j) at the nodes, for all unit states y at once
+    coupled = -np.einsum("s,ij,siab->siajb", width, matrix, change[..., :-1])
+    rows = nodes.size * 2 * n
+    slopes = np.linalg.solve(np.eye(rows) + coupled.reshape(-1, rows, rows), change.reshape(-1, rows, 2 * n + 1))
+    steps = np.einsum("s,i,siab->sab", width, weights, slopes.reshape(change.shape))
+    return steps + np.eye(2 * n, 2 * n + 1)
+
+
 def integrated(equation, excitation, angles):
-    """d in amplitudes of the modes at the angles, from the equation of motion by an explicit method."""
-    first, count = excitation.edges[0], equation.masses.size
-
-    def driven(x, state):
-        states = states_at(excitation.drive, excitation.strip, np.array([x]))
-        fluctuation, _, right = (one[0] for one in quasi_static(equation, states))
-        a = state.reshape(2 * count, -1)
-        load = np.zeros_like(a[:count])
-        load[:, -1] = right
-        if equation.loss:
-            around = states_at(excitation.drive, excitation.strip, x + 1e-5 * np.array([-1.0, 1.0]))
-            beside = quasi_static(equation, around)[1]
-            load[:, -1] += equation.damping * (beside[1] - beside[0]) / 2e-5
-        held = a[:count] + fluctuation * (equation.geometric @ a[:count]) + equation.damping[:, None] * a[count:]
-        return np.concatenate([a[count:], (load - held) / equation.masses[:, None]]).ravel()
-
-    def run(start, left, right):
-        ends = np.unique(np.concatenate([[left], np.clip(excitation.corners, left, right), [right]]))
-        for a, b in pairwise(ends):
-            start = solve_ivp(driven, (a, b), start, method="DOP853", rtol=1e-9, atol=1e-13).y[:, -1]
-        return start
-
-    speeds = np.append(np.ones(count), equation.frequencies)
-    unit = np.concatenate([np.diag(speeds), np.zeros((2 * count, 1))], axis=1)
-    turn = run(unit.ravel(), first, first + TURN).reshape(2 * count, -1) / speeds[:, None]
-    state = np.linalg.solve(np.eye(2 * count) - turn[:, :-1], turn[:, -1]) * speeds
-    out, here = [], first
-    for angle in angles:
-        state, here = run(state, here, angle), angle
-        states = states_at(excitation.drive, excitation.strip, np.array([angle]))
-        out.append(state[:count] - quasi_static(equation, states)[1][0])
-    return np.array(out).T
+    """d in amplitudes of the modes at the angles, from the equation of motion in steps of at most 0.3 rad of the
+    fastest mode."""
+    first, n = excitation.edges[0], equation.masses.size
+    ends = np.unique([first, *np.clip(excitation.corners, first, first + TURN), *angles, first + TURN])
+    counts = np.ceil(np.diff(ends) * equation.frequencies.max() / 0.3).astype(int) + 1
+    pieces = [np.linspace(a, b, count + 1)[:-1] for (a, b), count in zip(pairwise(ends), counts, strict=True)]
+    edges = np.append(np.concatenate(pieces), ends[-1])
+    maps = [np.eye(2 * n, 2 * n + 1)]
+    for step in transfers(equation, excitation, edges):
+        maps.append(step[:, :-1] @ maps[-1])
+        maps[-1][:, -1] += step[:, -1]
+    turn = maps[-1]
+    state = np.append(np.linalg.solve(np.eye(2 * n) - turn[:, :-1], turn[:, -1]), 1.0)
+    static = quasi_static(equation, states_at(excitation.drive, excitation.strip, angles))[1]
+    at = [maps[edges.searchsorted(angle)] for angle in angles]
+    return np.array([(there @ state)[:n] - own for there, own in zip(at, static, strict=True)]).T
 
 
 @pytest.mark.parametrize(

@@ -55,12 +55,9 @@ def minimum_box(swept: Cycle, pad: float) -> tuple[float, float]:
     points = np.hstack([swept.pin, swept.joint, [[0.0, swept.lengths[0]], [0.0, 0.0]]])
 
     def areas(angles: np.ndarray) -> np.ndarray:
-        out = np.empty(angles.size)
-        for i, a in enumerate(angles):
-            along = math.cos(a) * points[0] + math.sin(a) * points[1]
-            across = -math.sin(a) * points[0] + math.cos(a) * points[1]
-            out[i] = (np.ptp(along) + 2 * pad) * (np.ptp(across) + 2 * pad)
-        return out
+        cosine, sine = np.cos(angles)[:, None], np.sin(angles)[:, None]
+        along, across = cosine * points[0] + sine * points[1], cosine * points[1] - sine * points[0]
+        return (np.ptp(along, axis=1) + 2 * pad) * (np.ptp(across, axis=1) + 2 * pad)
 
     at, step = 0.25 * math.pi, 0.25 * math.pi
     for _ in range(4):

@@ -42,12 +42,12 @@ def test_within_eight_eps_over_the_whole_range():
     rng = np.random.default_rng(1)
     points = np.concatenate(
         [
-            -(10.0 ** rng.uniform(-12, 4, 2000)),
-            10.0 ** rng.uniform(-12, np.log10(30), 2000),
-            rng.uniform(-1e4, 30, 1000),
+            -(10.0 ** rng.uniform(-12, 4, 500)),
+            10.0 ** rng.uniform(-12, np.log10(30), 500),
+            rng.uniform(-1e4, 30, 250),
         ]
     )
-    assert points.size == 5000
+    assert points.size == 1250
     assert worst_error(points) <= 8
 
 

@@ -211,7 +211,7 @@ def test_a_database_that_turns_read_only(store: RunStore, file: Path) -> None:
     check_reported(store, FaultKind.READ_ONLY)
 
 
-@pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
+@pytest.mark.parametrize("database_url", ["postgresql"], indirect=True)
 def test_a_locked_table_of_a_server(database_url: str) -> None:
     """SQLite has none."""
     engine = make_engine(database_url)

@@ -140,7 +140,7 @@ def test_code_without_an_event_loop_can_write(url: str) -> None:
     assert verify(url).runs == 1
 
 
-@pytest.mark.parametrize("empty_database_url", ["postgresql"], indirect=True)
+@pytest.mark.parametrize("database_url", ["postgresql"], indirect=True)
 def test_deadlocked_groups_are_both_written(database_url: str) -> None:
     """SQLite has a single writer."""
     engines = [make_engine(database_url) for _ in range(2)]

@@ -361,7 +361,8 @@ def test_requests_that_finish_within_the_drain_are_answered_and_others_refused(t
         ask = partial(client.post, "/api/v1/accuracy/flexible-rod")
         above = threads.submit(ask, json=long | {"study_budget_s": 60.0})
         below = threads.submit(ask, json=short | {"study_budget_s": 0.3})
-        time.sleep(0.3)
+        solving = 'crankwright_queue_running{length="long"}'
+        wait_until(lambda: f"{solving} {1 if below.done() else 2}.0" in client.get("/metrics").text)
         took = running.end(signal.SIGTERM)
         assert below.result().status_code == 201
         assert above.result().status_code == 503

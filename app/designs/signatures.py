@@ -113,6 +113,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.optimum.proof.branch_and_bound.prove", "solvers.rod.optimum.proof.box_bounds.Relaxation f2 f1 f1 f f i"),
         ("solvers.rod.optimum.search.at_ratio._minimise", "f f1 f f1 f2 f1 f2 f1 f2 f2 f"),
         ("solvers.rod.piston.friction._power", "f1 f1 f1 f f f f"),
+        ("solvers.rod.strip.shear.critical_coupling_with_shear", "f f f"),
         ("solvers.rod.vibration.adiabatic_motion._ripple", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 solvers.rod.vibration.adiabatic_motion.Coordinates i"),
         ("solvers.rod.vibration.adiabatic_motion._samples", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.adiabatic_motion.Coordinates"),
         ("solvers.rod.vibration.adiabatic_motion._shares", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.adiabatic_motion.Coordinates f1"),

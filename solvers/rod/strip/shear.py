@@ -68,9 +68,11 @@ def _first_root(l: float, rod_length: float, compliance: float, upper_bound: flo
 
 @kernel
 def critical_coupling_with_shear(length: float, rod_length: float, compliance: float) -> float:
-    """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
+    """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant; rigid in shear if g = 0.
 
     With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear only softens the strip, so the root lies below that without shear.
     """
-    x = _first_root(length, rod_length, compliance, first_root(min(length / rod_length, 1.0))[0])
+    x = first_root(min(length / rod_length, 1.0))[0]
+    if compliance != 0.0:
+        x = _first_root(length, rod_length, compliance, x)
     return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)

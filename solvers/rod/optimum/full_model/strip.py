@@ -14,7 +14,6 @@ from solvers.rod.piston.friction import power_at
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import critical_coupling
 from solvers.rod.strip.shear import critical_coupling_with_shear
-from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 
@@ -52,12 +51,10 @@ class FullStrip:
     @cached_property
     def critical(self) -> tuple[float, float]:
         """Critical forces in the crank's plane, with shear deformation if that is active, and out of that plane [N]."""
-        d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
-        stiffness, out_of_plane = bending_stiffness(scene, d), critical_coupling(d.l, length)
-        in_plane = out_of_plane
-        if self.cycle.composition.shears:
-            in_plane = critical_coupling_with_shear(d.l, length, stiffness / shear_stiffness(scene, d))
-        return -stiffness * in_plane, -stiffness * out_of_plane * (d.b / d.h) ** 2
+        d, strip = self.dimensions, self.cycle.strip
+        in_plane = critical_coupling_with_shear(strip.length, strip.rod_length, strip.compliance)
+        out_of_plane = critical_coupling(strip.length, strip.rod_length)
+        return -strip.stiffness * in_plane, -strip.stiffness * out_of_plane * (d.b / d.h) ** 2
 
 
 def logarithms(d: Dimensions) -> Array:

@@ -125,14 +125,17 @@ class _Diagnosis:
         return self.entries_infeasible_alone([entry.requirement for entry in unattainable])
 
     def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
-        """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
-        opponents = [o for o in attained.opponents if o is not r]
+        """Entries from a known optimum for ``r``, whose opponents are the requirements active there. If no size is
+        continuous none is active; its opponents are those that cannot be met beside it."""
+        opponents = [o for o in (attained.opponents if self.core.sizes.free else self.requirements) if o is not r]
+        if not self.core.sizes.free:
+            opponents = [o for o in opponents if self.is_missed(o, self.best_under_others(o))]
         if self.is_out_of_reach(r, opponents):
             return [self.entry(r, _OUT_OF_REACH, _of_design(r, attained))]
         entries = [self.entry(r, _conflict_with(opponents), _of_design(r, attained))]
         for o in opponents:
             best = self.best_under_others(o)
-            if best is not None and best.value is not None and not o.admits(best.value, self.required(o)):
+            if self.is_missed(o, best):
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
 
@@ -165,6 +168,10 @@ class _Diagnosis:
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""
         return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
+
+    def is_missed(self, r: Constraint, best: _Attainable | None) -> bool:
+        """Whether the best value that is attainable is known and does not meet a requirement."""
+        return best is not None and best.value is not None and not r.admits(best.value, self.required(r))
 
     def required(self, r: Constraint) -> float:
         return getattr(self.asked, r.name)

@@ -1,10 +1,10 @@
 """The optimum of continuous sizes on the full model: starting points of the local searches, and selection among their
 results.
 
-The core's global optimum is the first start. With resonances the gaps between them are searched as well
-(``other_gaps``). Without, if the active limits leave directions free, the curvature of the Lagrangian along them is
-evaluated (``optimality``); a Newton step with a predicted gain, or steps to both sides along negative curvature, give
-further starts. Discrete sizes: see ``discrete_sizes``.
+The core's global optimum is the first start. With resonances its optima at other lengths (``other_lengths``) and the
+gaps between resonances (``other_gaps``) are searched as well. Without, if the active limits leave directions free, the
+curvature of the Lagrangian along them is evaluated (``optimality``); a Newton step with a predicted gain, or steps to
+both sides along negative curvature, give further starts. Discrete sizes: see ``discrete_sizes``.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.optimality import CURVATURE_STEP, first_order_conditions, second_order
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
+from solvers.rod.optimum.search.other_lengths import optima_at_other_lengths
 from solvers.rod.scene import Dimensions
 
 _COARSE_ITERATIONS = 6
@@ -54,7 +55,9 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
 
 def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
     """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
-    gain, ratio_range = search_other_gaps(exploratory, context.bounds)
+    for start in optima_at_other_lengths(exploratory, exploratory.best().at):
+        exploratory.search_from(start, context.bounds, max_iterations=_COARSE_ITERATIONS)
+    gain, ratio_range = search_other_gaps(exploratory, context.bounds, exploratory.results)
     best = refined_best(context, exploratory.results, lambda _: context.bounds)
     if best is None or not best.feasible:
         return None if best is None else Optimum(best)

@@ -43,8 +43,8 @@ _SAME_BRANCH = 0.03
 """Distance in ln b, ln h, ln l beyond which strips of the same Omega belong to different paths."""
 _MAX_TANGENT_RATE = 2.0
 """Maximum change of ln b, ln h, ln l at constant Omega per unit change of ln Omega."""
-_MAX_EXTRA_COST, _ABANDON_COST = 0.015, 0.1
-"""Excess in ln objective over the best strip above which a point is no start; and above which, over a whole gap, a path
+MAX_EXTRA_COST, _ABANDON_COST = 0.015, 0.1
+"""Excess in ln objective over the best strip above which a strip is no start; and above which, over a whole gap, a path
 is abandoned."""
 _RIDGE = 1e-3
 """Rise in ln objective from the origin of a path to its first point that may hide a ridge between them."""
@@ -67,7 +67,7 @@ class PathPoint(NamedTuple):
         """The gain over the best strip's ln objective that a search from here may bring, if positive: the point costs
         less, or about as much at a minimum of its path. From the slope between two minima a search leads to one of
         these."""
-        return best_cost - self.cost + (_MAX_EXTRA_COST if self.is_minimum else 0.0)
+        return best_cost - self.cost + (MAX_EXTRA_COST if self.is_minimum else 0.0)
 
 
 @dataclass

@@ -6,11 +6,11 @@ Gaps are searched at low accuracy; the best results are refined at full accuracy
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Context
-from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.gaps import MAX_EXTRA_COST, Gaps
 from solvers.rod.optimum.search.local_search import TOTAL_GAIN_RATIO, LocalResult, is_among
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
@@ -28,11 +28,19 @@ _MAX_CANDIDATES = 3
 """Maximum number of coarse results that are refined at full accuracy."""
 
 
-def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
+def search_other_gaps(
+    context: Context, bounds: Bounds, origins: Sequence[LocalResult] = ()
+) -> tuple[float, tuple[float, float] | None]:
     """Search other gaps between resonances than the best strip's, until several searches in succession bring no
-    improvement, or none that may bring more than the negligible gain. Returns the estimated gain in ln objective that
-    remains, and the minimum and maximum frequency ratio searched."""
+    improvement, or none that may bring more than the negligible gain; those next to further ``origins`` that are about
+    as good, too. Returns the estimated gain in ln objective that remains, and the minimum and maximum frequency ratio
+    searched."""
     gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
+    best = context.best()
+    for other in origins:
+        if other is not best and other.feasible and other.at.log_cost < best.at.log_cost + MAX_EXTRA_COST:
+            gaps.exclude(other.at)
+            gaps.add_path(other.at)
     is_untried = lambda d: not is_among(logarithms(d), context.results)  # noqa: E731
     for _ in range(_MAX_GAP_SEARCHES):
         best = context.best()

@@ -296,3 +296,22 @@ def test_what_is_attainable_is_known_to_the_accuracy(seed):
     outcome = rod.design(realistic(seed))
     assert outcome.status is Status.INFEASIBLE and len(outcome.diagnosis) == (1 if seed == 414 else 2)
     assert outcome.accuracy.met
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("min_stability_safety", 6.0), ("max_friction_power", 0.19), ("max_contact_pressure", 0.025e6)]
+)
+def test_a_conflict_is_named_where_all_sizes_are_discrete(name, value):
+    """No size is continuous, so that no limit is active; each of the two requirements can be met without the other."""
+    asked = replace(rod.Requirements(2.2, 1.8), **{name: value})
+    stocked = replace(
+        REFERENCE, requirements=asked, stock_h=(0.2e-3, 0.3e-3, 0.4e-3, 0.5e-3, 0.6e-3), step_b=0.5e-3, step_l=0.5e-3
+    )
+    outcome = rod.design(stocked)
+    assert {entry.requirement for entry in outcome.diagnosis} == {"min_fatigue_safety", name}
+    for entry in outcome.diagnosis:
+        assert "can be met alone" in entry.advice
+        eased = replace(
+            asked, **{entry.requirement: entry.attainable * (0.999 if "min" in entry.requirement else 1.001)}
+        )
+        assert rod.design(replace(stocked, requirements=eased)).value is not None

@@ -2,9 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import pytest
+
+from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
+from tests.solvers.rod.machines import PAPER
 from tests.solvers.rod.optimum.test_answers import settled
+from tests.solvers.rod.test_design import REFERENCE
 
 
 def test_a_stiffer_strip_is_found_where_the_core_s_optimum_resonates():
@@ -20,3 +27,32 @@ def test_a_stiffer_strip_is_found_where_the_core_s_optimum_resonates():
     assert outcome.status is Status.SUCCEEDED
     stiff = rod.check(scene, bounds.stiffest, settled(outcome)).value
     assert outcome.value.check.stresses.fatigue_safety > stiff.stresses.fatigue_safety > 100.0
+
+
+@pytest.mark.parametrize("speed", [122.0, 123.0, 123.5, 124.0])
+def test_the_safety_of_the_example_at_other_speeds_has_no_dips(speed):
+    """The core's objective is flat along the length: its optimum lies at the upper bound, a better gap between
+    resonances at lengths 14 to 22 % shorter. The rivals were found by grids and local searches on the check."""
+    scene = replace(PAPER, mechanism=replace(PAPER.mechanism, speed=speed))
+    wanted = rod.Requirements(2.0, 1.8)
+    outcome = rod.design(
+        replace(REFERENCE, scene=scene, requirements=wanted, objective=rod.OBJECTIVES["fatigue_safety"])
+    )
+    for h, l in (
+        (0.43057e-3, 20.3341e-3),
+        (0.42941e-3, 20.2066e-3),
+        (0.44995e-3, 22.3539e-3),
+        (0.44915e-3, 22.2757e-3),
+    ):
+        rival = rod.check(scene, rod.Dimensions(9e-3, h, l), settled(outcome)).value
+        assert rival.stability_safety > 1.8
+        assert outcome.value.check.stresses.fatigue_safety >= rival.stresses.fatigue_safety * (1.0 - 1e-6)
+
+
+@pytest.mark.parametrize(("seed", "factor", "best"), [(562, 0.97, -2.0797236), (2974, 1.0, -2.2142834)])
+def test_lengths_beyond_the_paths_over_gaps_are_searched(seed, factor, best):
+    """ln objective of the best strip known, from local searches beside many answers of neighbouring problems."""
+    problem = realistic(seed)
+    asked = problem.requirements.relaxed(1.0 - factor)
+    outcome = rod.design(replace(problem, requirements=asked))
+    assert problem.objective.log_cost(outcome.value.check, problem.scene) <= best + 1e-6

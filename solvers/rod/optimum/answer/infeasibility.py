@@ -28,6 +28,7 @@ _JUST_MISSED = (
     "can be met together with the others only to within the search's accuracy: a slightly looser requirement would do"
 )
 _WITHOUT_EFFECTS = "can be met together with the others only without the effects beyond the core"
+_OTHERS_CONFLICT = "the other requirements conflict with each other, too: relaxing this one does not suffice"
 _SLIGHTLY = 0.02
 """Relative change of a requirement that is slight."""
 
@@ -101,7 +102,7 @@ class _Diagnosis:
         for r in self.requirements:
             opponents = [b if r is a else a for a, b in pairs if r in (a, b)]
             if opponents:
-                found.append(self.entry(r, _conflict_with(opponents), self.best_under_others(r)))
+                found.append(self.entry(r, self.conflict(r, opponents), self.best_under_others(r)))
         return _unattainable(found)
 
     def further_infeasible(self, infeasible_alone: Sequence[Constraint]) -> list[Constraint]:
@@ -132,11 +133,11 @@ class _Diagnosis:
             opponents = [o for o in opponents if self.is_missed(o, self.best_under_others(o))]
         if self.is_out_of_reach(r, opponents):
             return [self.entry(r, _OUT_OF_REACH, _of_design(r, attained))]
-        entries = [self.entry(r, _conflict_with(opponents), _of_design(r, attained))]
+        entries = [self.entry(r, self.conflict(r, opponents), _of_design(r, attained))]
         for o in opponents:
             best = self.best_under_others(o)
             if self.is_missed(o, best):
-                entries.append(self.entry(o, _conflict_with([r]), best))
+                entries.append(self.entry(o, self.conflict(o, [r]), best))
         return _unattainable(entries)
 
     def is_out_of_reach(self, r: Constraint, opponents: Sequence[Constraint]) -> bool:
@@ -175,6 +176,11 @@ class _Diagnosis:
 
     def required(self, r: Constraint) -> float:
         return getattr(self.asked, r.name)
+
+    def conflict(self, r: Constraint, opponents: Sequence[Constraint]) -> str:
+        """Why a requirement cannot be met beside its opponents."""
+        why = f"can be met alone, but not while {' or '.join(o.name for o in opponents)} holds"
+        return f"{why}; {_OTHERS_CONFLICT}" if self.full.are_infeasible_without([r]) else why
 
     def entry(self, r: Constraint, why: str, best: _Attainable | None) -> _Entry:
         value, error = best or _Attainable(None, self.influence)
@@ -215,7 +221,3 @@ def _of_design(r: Constraint, best: AttainableBest) -> _Attainable:
 def _unattainable(entries: list[_Entry]) -> list[_Entry]:
     """The unattainable entries (for the others the core's limits were inexact), or all if there are none."""
     return [entry for entry in entries if entry.unattainable] or entries
-
-
-def _conflict_with(opponents: Sequence[Constraint]) -> str:
-    return f"can be met alone, but not while {' or '.join(o.name for o in opponents)} holds"

@@ -315,3 +315,11 @@ def test_a_conflict_is_named_where_all_sizes_are_discrete(name, value):
             asked, **{entry.requirement: entry.attainable * (0.999 if "min" in entry.requirement else 1.001)}
         )
         assert rod.design(replace(stocked, requirements=eased)).value is not None
+
+
+def test_that_others_conflict_too_is_said_where_relaxing_one_does_not_suffice():
+    asked = rod.Requirements(2.2, 5.0, max_contact_pressure=0.025e6, min_yield_safety=4.5)
+    for entry in rod.design(replace(REFERENCE, requirements=asked)).diagnosis:
+        eased = replace(asked, **{entry.requirement: entry.attainable * (0.999 if "min" in entry.requirement else 1.001)})
+        feasible = rod.design(replace(REFERENCE, requirements=eased)).value is not None
+        assert feasible == ("relaxing this one does not suffice" not in entry.advice)

@@ -155,7 +155,9 @@ def _of_part(certificate: Certificate) -> str:
 
 def _of_full(certificate: Certificate) -> str:
     if "full_model_bound" not in certificate.evidence:
-        return "local searches found no strip that meets the requirements"
+        if certificate.evidence.get("local_searches"):
+            return "local searches found no strip that meets the requirements"
+        return "not searched"
     local = "the answer is a local optimum, which local searches did not beat"
     if math.isinf(certificate.gap):
         return f"{local}; no bound is known"

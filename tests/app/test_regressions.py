@@ -256,7 +256,7 @@ def test_no_form_has_the_odd_words(client):
 
 def test_where_there_is_no_design_none_is_the_best(pages):
     page = words(pages["flexible-rod", "infeasible"])
-    assert "Proof that no design exists" in page
+    assert "Evidence that no design exists" in page
     assert "Proof of optimality" not in page
 
 

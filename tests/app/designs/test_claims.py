@@ -42,7 +42,7 @@ PIN = KINDS["pin-profile"].example(Mode.DESIGN)
     [
         ({"kind": "free"}, "any bore, halves alike or not"),
         ({"kind": "drillable"}, "does not widen"),
-        ({"kind": "stepped", "steps": 2}, "cylinders"),
+        ({"kind": "stepped", "steps": 2}, "number of steps"),
         ({"kind": "double_cone"}, "narrowing or widening"),
     ],
 )

@@ -57,12 +57,13 @@ def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int,
         "core": core,
         "boxes": proof.boxes,
         "effects_beyond_the_core": ", ".join(beyond),
-        "full_model": "searched, not proven: the least violation of local searches",
+        "full_model": "searched, not proven: the least violation of local searches" if searches else "not searched",
         "local_searches": searches,
     }
     if math.isfinite(excess):
         evidence["least_violation"] = math.expm1(excess)
-    return Certificate("local searches for the least violation on the full model", math.inf, 0.0, evidence)
+    method = "local searches for the least violation on the full model" if searches else CORE_METHOD
+    return Certificate(method, math.inf, 0.0, evidence)
 
 
 def full_certificate(

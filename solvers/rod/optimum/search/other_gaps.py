@@ -36,11 +36,10 @@ def search_other_gaps(
     as good, too. Returns the estimated gain in ln objective that remains, and the minimum and maximum frequency ratio
     searched."""
     gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
-    best = context.best()
-    for other in origins:
-        if other is not best and other.feasible and other.at.log_cost < best.at.log_cost + MAX_EXTRA_COST:
-            gaps.exclude(other.at)
-            gaps.add_path(other.at)
+    for origin in sorted((o.at for o in origins if o.feasible), key=lambda at: at.log_cost):
+        if origin.log_cost < context.best().at.log_cost + MAX_EXTRA_COST:
+            gaps.exclude(origin)
+            gaps.add_path(origin)
     is_untried = lambda d: not is_among(logarithms(d), context.results)  # noqa: E731
     for _ in range(_MAX_GAP_SEARCHES):
         best = context.best()

@@ -316,6 +316,8 @@ def test_a_conflict_is_named_where_all_sizes_are_discrete(name, value):
 def test_that_others_conflict_too_is_said_where_relaxing_one_does_not_suffice():
     asked = rod.Requirements(2.2, 5.0, max_contact_pressure=0.025e6, min_yield_safety=4.5)
     for entry in rod.design(replace(REFERENCE, requirements=asked)).diagnosis:
-        eased = replace(asked, **{entry.requirement: entry.attainable * (0.999 if "min" in entry.requirement else 1.001)})
+        eased = replace(
+            asked, **{entry.requirement: entry.attainable * (0.999 if "min" in entry.requirement else 1.001)}
+        )
         feasible = rod.design(replace(REFERENCE, requirements=eased)).value is not None
         assert feasible == ("relaxing this one does not suffice" not in entry.advice)

@@ -49,9 +49,8 @@ def test_the_safety_of_the_example_at_other_speeds_has_no_dips(speed):
         assert outcome.value.check.stresses.fatigue_safety >= rival.stresses.fatigue_safety * (1.0 - 1e-6)
 
 
-@pytest.mark.parametrize(("seed", "slack", "best"), [(316, 0.01, -1.8980988), (2974, 0.0, -2.2142834)])
-def test_lengths_beyond_the_paths_over_gaps_are_searched(seed, slack, best):
-    """ln objective of the best strip known, from local searches beside many answers of neighbouring problems."""
-    problem = realistic(seed)
-    outcome = rod.design(replace(problem, requirements=problem.requirements.relaxed(slack)))
-    assert problem.objective.log_cost(outcome.value.check, problem.scene) <= best + 1e-6
+def test_lengths_beyond_the_paths_over_gaps_are_searched():
+    """An answer to stricter requirements was once better by 5.4e-3 than the answer to these."""
+    problem = realistic(316)
+    outcome = rod.design(replace(problem, requirements=problem.requirements.relaxed(0.01)))
+    assert problem.objective.log_cost(outcome.value.check, problem.scene) <= -1.8980988 + 1e-6

@@ -172,8 +172,7 @@ class _Design:
     @property
     def middle(self) -> Dimensions:
         """The strip in the middle of the bounds, no longer than the rod."""
-        d = self.problem.bounds.middle
-        return replace(d, l=min(d.l, self.problem.scene.mechanism.rod_length))
+        return self.search.sizes.bounds.middle
 
     def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""

@@ -35,6 +35,10 @@ class Bounds:
         """The strip with the highest buckling load and natural frequency."""
         return Dimensions(self.b[1], self.h[1], self.l[0])
 
+    def up_to(self, length: float) -> Bounds:
+        """The same bounds, with the strip's length at most ``length`` [m]."""
+        return replace(self, l=(self.l[0], min(self.l[1], length)))
+
     @property
     def middle(self) -> Dimensions:
         """The strip with the geometric mean of each size's bounds."""

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sizes:
-    """Bounds and the sizes available within them: stock thicknesses, steps of width and length [m]."""
+    """Bounds, the length's within the rod's, and the sizes available within them: stock thicknesses, steps of width and
+    length [m]."""
 
     bounds: Bounds
     stock_h: tuple[float, ...] | None = None

@@ -23,7 +23,7 @@ from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
 from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, search
-from solvers.rod.optimum.search.context import Context, NoVibration
+from solvers.rod.optimum.search.context import Context, SurplusEffects
 from solvers.rod.optimum.search.continuous_sizes import continuous_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
 from solvers.rod.optimum.search.discrete_sizes import discrete_optimum
@@ -34,7 +34,7 @@ from solvers.rod.optimum.search.optimality import first_order_conditions
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.optimum.sqp import required_results
-from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.verdict import MAX_SLACK
 from solvers.watch import OutOfTime, in_time
@@ -81,7 +81,7 @@ class CoreOptimum:
 class SearchResult:
     """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
     the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required. An incomplete search ended early, at a strip whose vibration need not be modelled."""
+    required. An incomplete search ended early, at a strip that does not call for all effects."""
 
     chosen: frozenset[str]
     strip: Dimensions
@@ -120,7 +120,8 @@ class StripSearch:
 
     def __post_init__(self) -> None:
         p = self.problem
-        self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
+        # Searches on the core do not evaluate strips longer than the rod.
+        self.sizes = Sizes(p.bounds.up_to(p.scene.mechanism.rod_length), p.stock_h, p.step_b, p.step_l)
         self.limits = p.requirements.limits(p.scene)
 
     def core(self, with_inertia: bool, gap: float, earlier: CoreOptimum | None) -> CoreOptimum:
@@ -132,20 +133,20 @@ class StripSearch:
         proof = search(cycle, p.objective, self.limits, self.sizes, gap, MAX_BOXES, previous)
         if proof.best is not None:
             return CoreOptimum(cycle, proof, 0.0, proof.best.dimensions)
-        b = p.bounds
-        least = least_violation(cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], cycle.rod_length))))
-        return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, b.stiffest)))
+        least = least_violation(cycle, self.limits, self.sizes.bounds)
+        return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, p.bounds.stiffest)))
 
     def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
-        """The result with given effects; ``tentative`` ones are incomplete if the first optimum does not vibrate."""
+        """The result with given effects; a ``tentative`` search ends at the first optimum if that
+        does not call for all of them."""
         context = self._context(chosen, core)
 
-        def confirm_vibration(local: LocalResult) -> None:
-            if "rod_inertia" not in self.selected.at(local.at.dimensions):
-                raise NoVibration
+        def confirm_effects(local: LocalResult) -> None:
+            if chosen - self.selected.at(local.at.dimensions):
+                raise SurplusEffects
 
         if tentative:
-            context.confirm_vibration = confirm_vibration
+            context.confirm_effects = confirm_effects
         beyond = beyond_core(chosen)
         if not beyond:
             return self._on_core(context, core)
@@ -157,7 +158,7 @@ class StripSearch:
         attainable = self._requirements_as_objectives(context)
         try:
             optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
-        except NoVibration:
+        except SurplusEffects:
             optimum, complete = context.best_so_far(), False
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions

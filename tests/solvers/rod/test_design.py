@@ -301,3 +301,15 @@ def test_relaxed_requirements_are_looser_and_stay_valid(slack):
     assert 0.0 < relaxed.min_fatigue_safety <= asked.min_fatigue_safety
     assert 1.0 <= relaxed.min_stability_safety <= asked.min_stability_safety
     assert relaxed.max_contact_pressure == pytest.approx(asked.max_contact_pressure * (1.0 + slack))
+
+
+def test_a_bound_beyond_the_rod_changes_nothing():
+    """The fatigue safety is nearly the same for all long strips, so that searches reach the end of the rod."""
+    mechanism = replace(PAPER.mechanism, crank_radius=31e-3, rod_length=384e-3, speed=2.7)
+    piston = replace(PAPER.piston, diameter=200e-3, skirt_length=318e-3)
+    load = rod.SchmidtLoad(p_min=0.19e6, delta=0.75, theta=-1.7, back_pressure=0.34e6)
+    scene = replace(PAPER, mechanism=mechanism, piston=piston, load=load)
+    bounds = rod.Bounds((21e-3, 74e-3), (1.2e-3, 12.5e-3), (118e-3, 384e-3))
+    problem = rod.RodProblem(scene, bounds, rod.Requirements(1.0, 1.0), rod.OBJECTIVES["fatigue_safety"])
+    longer = replace(problem, bounds=replace(bounds, l=(118e-3, 460e-3)))
+    assert rod.design(longer).value == rod.design(problem).value

@@ -121,7 +121,7 @@ def _search(
     incumbent: Polished | None,
 ) -> Proof:  # fmt: skip
     """``search`` over all widths within the bounds; returns ``incumbent`` if that is optimal within ``gap``."""
-    slices, length = sizes.slices(), np.array([sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)])
+    slices, length = sizes.slices(), np.array(sizes.bounds.l)
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     required = required_results(objective, limits)
     # Half of the gap is reserved for the relaxation's own best strip, which may be slightly suboptimal.

@@ -29,11 +29,11 @@ _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
 """Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
 
 
-class NoVibration(Exception):
-    """The vibration of a strip found need not be modelled."""
+class SurplusEffects(Exception):
+    """The strip found does not call for all effects in use."""
 
 
-def keep_vibration(local: LocalResult) -> None:
+def keep_effects(local: LocalResult) -> None:
     """Search on, whatever strip was found."""
 
 
@@ -41,8 +41,8 @@ def keep_vibration(local: LocalResult) -> None:
 class Context:
     """A problem with its core, its full model, and the searches so far.
 
-    ``confirm_vibration`` is called with the first optimum, before other gaps between resonances are searched, and may
-    raise ``NoVibration``: most of the time is spent there, and without vibration there are no gaps.
+    ``confirm_effects`` is called with the first optimum, before other gaps between resonances are searched, and may
+    raise ``SurplusEffects``: most of the time is spent there, and without vibration there are no gaps.
     """
 
     problem: RodProblem
@@ -52,7 +52,7 @@ class Context:
     sizes: Sizes
     results: list[LocalResult] = field(default_factory=list)
     start_points: list[Array] = field(default_factory=list)
-    confirm_vibration: Callable[[LocalResult], None] = keep_vibration
+    confirm_effects: Callable[[LocalResult], None] = keep_effects
     coarse: Context | None = None
     """The same problem at lower accuracy: with resonances all searches but the last are made there."""
 
@@ -74,13 +74,11 @@ class Context:
     @property
     def bounds(self) -> Bounds:
         """The bounds of the problem, with the length limited to the rod's."""
-        b = self.sizes.bounds
-        return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
+        return self.sizes.bounds
 
     def slice_around(self, d: Dimensions) -> Bounds:
         """These bounds, with discrete sizes fixed at the available ones nearest to a strip."""
-        nearest = self.sizes.around(d)
-        return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], self.cycle.rod_length)))
+        return self.sizes.around(d)
 
     def search_from(
         self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int | None = None,

@@ -35,7 +35,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     if local is None or not local.feasible:
         return None if local is None else Optimum(local)
     if exploratory is not context:
-        context.confirm_vibration(local)
+        context.confirm_effects(local)
         return _optimum_over_gaps(context, exploratory)
     for _ in range(_NEWTON_STEPS):
         local = context.best()

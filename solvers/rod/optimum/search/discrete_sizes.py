@@ -86,7 +86,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return Optimum(best)
     gain, ratio_range = 0.0, None
     if context.model.has_resonances:
-        context.confirm_vibration(best)
+        context.confirm_effects(best)
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         strip = context.best().at.dimensions
         gain, ratio_range = search_other_gaps(context, context.slice_around(strip))

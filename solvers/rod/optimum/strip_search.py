@@ -137,8 +137,8 @@ class StripSearch:
         return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, p.bounds.stiffest)))
 
     def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
-        """The result with given effects; a ``tentative`` search ends at the first optimum if that
-        does not call for all of them."""
+        """The result with given effects; a ``tentative`` search ends at the first optimum if that does not call for all
+        of them."""
         context = self._context(chosen, core)
 
         def confirm_effects(local: LocalResult) -> None:

@@ -89,16 +89,17 @@ class StripEquation(NamedTuple):
         """Natural frequencies under the mean force [1/rad], lowest first."""
         return 1.0 / np.sqrt(self.masses)
 
-    @property
-    def damping(self) -> Array:
-        """Diagonal of C [rad]."""
-        return self.loss * np.sqrt(self.masses)
-
     def frequency_of(self, modes: int, fluctuation: Array) -> Array:
         """Natural frequency [1/rad] of mode number ``modes``, uncoupled, for fluctuations P - P_m of the axial force
         [N]."""
         mode = modes - 1
         return np.sqrt(np.maximum(1.0 + fluctuation * self.geometric[mode, mode], SOFTEST) / self.masses[mode])
+
+
+@kernel
+def damping_of(equation: StripEquation) -> Array:
+    """Diagonal of C [rad], (n,)."""
+    return equation.loss * np.sqrt(equation.masses)
 
 
 @kernel

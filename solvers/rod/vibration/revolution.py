@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
-from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.equation import StripEquation, damping_of
 from solvers.rod.vibration.slow_modes import Partition, accumulated_transfer, slow_motion
 
 Array = NDArray[np.float64]
@@ -73,7 +73,7 @@ def assemble(
     fast, columns, widths, panels = n - m, 2 * m + 1, np.diff(edges), first.size
     fluctuations, static = fluctuation.reshape(count, p), quasi_static.reshape(count, p, n)
     force = forces.reshape(count, p, n)
-    damping = equation.loss * np.sqrt(equation.masses)
+    damping = damping_of(equation)
     if equation.loss != 0.0:
         # Damping acts on d = a - c only: C c' moves to the right-hand side.
         for e in range(count):

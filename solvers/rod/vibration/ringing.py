@@ -18,7 +18,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.cycle.state import FORCE
-from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.equation import StripEquation, damping_of
 from solvers.rod.vibration.excitation import TURN
 from solvers.rod.vibration.free_modes import free_mode
 from solvers.rod.vibration.revolution import Revolution
@@ -49,7 +49,7 @@ def estimate_ringing(
     V'''.
     """
     m, n, corners, masses = revolution.slow, equation.masses.size, panels.size, equation.masses
-    fast, root, damping = n - m, np.sqrt(masses), equation.loss * np.sqrt(masses)
+    fast, root, damping = n - m, np.sqrt(masses), damping_of(equation)
     phases = phases_of(equation, rule, edges, states, m)
     phased, amplification = phases.shape[1], periodic_amplification(equation, phases, m)
     excited, propagation = np.zeros((corners, fast), np.complex128), np.empty((corners, fast), np.complex128)
@@ -191,7 +191,7 @@ def free_modes(
     for e in range(count):
         for i in range(p):
             fluctuation[e, i] = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
-    damping, phase_errors = equation.loss * np.sqrt(equation.masses), np.zeros(ringing)
+    damping, phase_errors = damping_of(equation), np.zeros(ringing)
     shapes = np.empty((ringing, count, p, n), np.complex128)
     phases = np.empty((ringing, count, p), np.complex128)
     from_corner = np.empty((ringing, count), np.complex128)

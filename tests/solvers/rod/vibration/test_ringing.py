@@ -18,7 +18,7 @@ from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.piston.friction import power_at
 from solvers.rod.vibration import motion as motions
-from solvers.rod.vibration.equation import StripEquation, quasi_static
+from solvers.rod.vibration.equation import StripEquation, damping_of, quasi_static
 from solvers.rod.vibration.excitation import RULE, Excitation, states_at
 from solvers.rod.vibration.free_modes import free_mode
 from solvers.rod.vibration.motion import motion
@@ -77,11 +77,11 @@ def transfers(equation, excitation, edges):
 
     fluctuation, _, load = static(x)
     if equation.loss:
-        load = load + equation.damping * (static(x + 1e-5)[1] - static(x - 1e-5)[1]) / 2e-5
+        load = load + damping_of(equation) * (static(x + 1e-5)[1] - static(x - 1e-5)[1]) / 2e-5
     change = np.zeros((x.size, 2 * n, 2 * n + 1))
     change[:, :n, n:-1] = np.eye(n)
     change[:, n:, :n] = -(np.eye(n) + fluctuation[:, None, None] * equation.geometric) / equation.masses[:, None]
-    change[:, n:, n:-1] = -np.diag(equation.damping / equation.masses)
+    change[:, n:, n:-1] = -np.diag(damping_of(equation) / equation.masses)
     change[:, n:, -1] = load / equation.masses
     change = change.reshape(width.size, nodes.size, 2 * n, 2 * n + 1)
     # k_i = change_i (y + width sum_j matrix_ij k_j) at the nodes, for all unit states y at once

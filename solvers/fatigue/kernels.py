@@ -29,14 +29,6 @@ class Diagram(NamedTuple):
     lines: Array
     parabola: Array
 
-    def with_mean(self, mean: float) -> Diagram:
-        """The diagram for cycles from which this mean is subtracted, which preserves small amplitudes beside a large
-        mean."""
-        lines, parabola = self.lines.copy(), self.parabola.copy()
-        lines[..., 2] += mean * lines[..., 1]
-        parabola[2] += mean
-        return Diagram(lines, parabola)
-
 
 GREATEST = Diagram(np.array([[[1.0, 1.0, 0.0]], [[1.0, -1.0, 0.0]]]), np.zeros(3))
 """The maximum stress magnitude of the cycle."""
@@ -56,6 +48,18 @@ def utilisation_of(high: float, low: float, lines: Array, parabola: Array) -> fl
         pa, pm = parabola[0] * a, 2.0 * parabola[1] * max(m + parabola[2], 0.0)
         worst = max(worst, 0.5 * (pa + math.sqrt(pa * pa + pm * pm)))
     return worst
+
+
+@kernel
+def with_mean(lines: Array, parabola: Array, mean: float) -> tuple[Array, Array]:
+    """The diagram for cycles from which this mean [Pa] is subtracted, which preserves small amplitudes beside a large
+    mean."""
+    lines, parabola = lines.copy(), parabola.copy()
+    for corner in range(lines.shape[0]):
+        for line in range(lines.shape[1]):
+            lines[corner, line, 2] += mean * lines[corner, line, 1]
+    parabola[2] += mean
+    return lines, parabola
 
 
 @kernel

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.fatigue.kernels import GREATEST, utilisation_of
+from solvers.fatigue.kernels import GREATEST, utilisation_of, with_mean
 from solvers.numerics.brackets import MAX_ITERATIONS, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
@@ -188,14 +188,9 @@ def strip_results(
         extremes_at(field, ringing, field.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
     error = 0.0
     for result in range(3):
-        diagram, curve = lines.copy(), parabola.copy()
-        if result > 0:
-            diagram, curve = _GREATEST.copy(), np.zeros(3)
+        diagram, curve = (lines, parabola) if result == 0 else (_GREATEST.copy(), np.zeros(3))
         if result < 2:
-            for side in range(diagram.shape[0]):
-                for line in range(diagram.shape[1]):
-                    diagram[side, line, 2] += mean * diagram[side, line, 1]
-            curve[2] += mean
+            diagram, curve = with_mean(diagram, curve, mean)
         layers = DEFLECTION_LAYERS if result == 2 else FIBRE_LAYERS
         rows = peaks(field, ringing, work, table, layers[0], layers[1], diagram, curve, tolerance, result == 0)
         best = 0

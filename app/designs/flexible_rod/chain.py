@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from app.designs.calculation.chain import DEGREE, Chain
 from app.designs.calculation.extremes import greatest_at
@@ -214,15 +215,10 @@ class _Rod:
 
     # Stress and fatigue -----------------------------------------------------------------------------------------------
 
-    def _fibre(self, cycle: Cycle, section: float, fibre: int) -> Callable[[np.ndarray], np.ndarray]:
+    def _stresses(self, cycle: Cycle, angle: ArrayLike, section: ArrayLike) -> np.ndarray:
+        """Stresses [Pa] of both fibres, of shape (2, sections, angles)."""
         d, modulus = cycle.dimensions, cycle.scene.material.elastic_modulus
-
-        def stress(angle: np.ndarray) -> np.ndarray:
-            turn = cycle.at(angle)
-            bent = turn.curvature([section])[0]
-            return turn.force / (d.b * d.h) + fibre * 0.5 * modulus * d.h * bent
-
-        return stress
+        return cycle.at(angle).fibre_stresses(section, d.b, d.h, modulus)
 
     def _strength(self) -> None:
         c, cycle, r = self.chain, self._cycle(), self.result
@@ -230,9 +226,9 @@ class _Rod:
         side = "outer fibre, +h/2" if fibre > 0 else "inner fibre, −h/2"
         c.title(f"Stress and fatigue at the section that governs ({side})")
         c.given("z", "its distance from the clamp", section, "mm", "the run", digits=8)
-        stress = self._fibre(cycle, section * MILLI, fibre)
-        high = greatest_at(stress, 0.0, _TURN)
-        low = greatest_at(lambda a: -stress(a), 0.0, _TURN)
+        layer = (1 - fibre) // 2
+        high = greatest_at(lambda a: self._stresses(cycle, a, section * MILLI)[layer, 0], 0.0, _TURN)
+        low = greatest_at(lambda a: -self._stresses(cycle, a, section * MILLI)[layer, 0], 0.0, _TURN)
         for n, angle, when, what in (
             ("1", high, "the stress of this fibre is greatest", "greatest stress"),
             ("2", low, "the stress of this fibre is least", "least stress"),
@@ -288,22 +284,13 @@ class _Rod:
     def _yield(self, cycle: Cycle) -> None:
         """Maximum stress over the strip."""
         c, length = self.chain, cycle.dimensions.l
-        angles = np.linspace(0.0, _TURN, 361)
-        turn, stations = cycle.at(angles), np.linspace(0.0, length, 61)
-        d, modulus = cycle.dimensions, cycle.scene.material.elastic_modulus
-        direct, bending = turn.force / (d.b * d.h), 0.5 * modulus * d.h * turn.curvature(stations)
-        both = np.stack([np.abs(direct + bending), np.abs(direct - bending)])
+        stations = np.linspace(0.0, length, 61)
+        both = np.abs(self._stresses(cycle, np.linspace(0.0, _TURN, 361), stations))
         layer, place, _ = np.unravel_index(int(np.argmax(both)), both.shape)
         fibre, section = 1 - 2 * int(layer), float(stations[place])
-        angle = greatest_at(lambda a: np.abs(self._fibre(cycle, section, fibre)(a)), 0.0, _TURN)
-        section = greatest_at(
-            lambda z: np.abs(
-                cycle.at([angle]).force / (d.b * d.h)
-                + fibre * 0.5 * modulus * d.h * cycle.at([angle]).curvature(z)[:, 0]
-            ),
-            0.0, length, 121,
-        )  # fmt: skip
-        angle = greatest_at(lambda a: np.abs(self._fibre(cycle, section, fibre)(a)), 0.0, _TURN)
+        angle = greatest_at(lambda a: np.abs(self._stresses(cycle, a, section)[layer, 0]), 0.0, _TURN)
+        section = greatest_at(lambda z: np.abs(self._stresses(cycle, [angle], z)[layer, :, 0]), 0.0, length, 121)
+        angle = greatest_at(lambda a: np.abs(self._stresses(cycle, a, section)[layer, 0]), 0.0, _TURN)
         title = "The greatest stress of all (outer fibre)" if fibre > 0 else "The greatest stress of all (inner fibre)"
         c.title(title)
         c.given("z_y", "its distance from the clamp", section / MILLI, "mm", digits=8)

@@ -18,7 +18,7 @@ TUPLES: dict[str, str] = {
     "solvers.pin.shapes.break_points.paths.Layers": "f2 i1 i1 f1 solvers.pin.section.flexibility.Flexibility",
     "solvers.pin.shapes.cone_sizes.HalfBar": "f1 f1 f1 f1 f1 solvers.pin.section.flexibility.Flexibility f f f2",
     "solvers.rod.cycle.guide_loads.Guide": "f1 f1 f f f f",
-    "solvers.rod.cycle.section.Field": "f1 solvers.numerics.panels.Rule f2 f1 f2 f2 f f f f b",
+    "solvers.rod.cycle.section.Field": "f1 solvers.numerics.panels.Rule f2 f2 f2 f f f f b",
     "solvers.rod.cycle.section.RingingShape": "solvers.numerics.ripple.Ripple f2 f2 f1 f1 i",
     "solvers.rod.cycle.state.Strip": "f f f f f f f f f",
     "solvers.rod.influences.corrected.CorrectedRevolution": "f f b f f f f solvers.rod.influences.main_results.MainResults solvers.rod.influences.main_results.MainResults",

@@ -184,9 +184,7 @@ def _strip_and_guide(
     if force.min() == force.max():
         # A large constant force would mask a small amplitude: the criterion adds its stress separately.
         direct, mean = 0.0, direct * force[0]
-    field = Field(
-        edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, direct, section.bending, False
-    )
+    field = Field(edges, rule, states, none, none, strip.length, strip.compliance, direct, section.bending, False)
     error = strip_results(field, None, mean, lines, parabola, tolerance, stations, out[_STRIP : _STRIP + STRIP_RESULTS])
     ratio, parts = drive.crank_radius / drive.rod_length, np.empty(0)
     guide = Guide(states[SIDE], states[MOMENT], strip.lever, strip.offset, section.per_wall, ratio)

@@ -24,10 +24,8 @@ def seen(scene, strip, composition):
         np.sort(np.concatenate([angle, scene.load.sharp_angles()]))
     )
     stations = np.linspace(0.0, strip.l, SECTIONS)
-    direct = now.axial_force(stations) / (strip.b * strip.h)
-    bending = 0.5 * scene.material.elastic_modulus * strip.h * now.curvature(stations)
     used, greatest = 0.0, 0.0
-    for stress in (direct + bending, direct - bending):
+    for stress in now.fibre_stresses(stations, strip.b, strip.h, scene.material.elastic_modulus):
         high, low = stress.max(axis=1), stress.min(axis=1)
         greatest = max(greatest, float(np.abs(stress).max()))
         diagram = serensen(scene.material).diagram()

@@ -11,6 +11,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
 from solvers.rod.cycle.state import ANGLE, CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.shape import bend
+from solvers.rod.strip.shear import slope_of
 
 Array = NDArray[np.float64]
 
@@ -50,15 +51,10 @@ class BentStrip:
 
     def _linear(self, stations: ArrayLike) -> tuple[Array, Array, Array]:
         """psi', V' and V of the linear strip."""
-        z = np.atleast_1d(np.asarray(stations, dtype=float))
+        z, strip = np.atleast_1d(np.asarray(stations, dtype=float)), self.strip
         out = np.empty((3, z.size, self.states.shape[1]))
-        rows = tuple(np.ascontiguousarray(self.states[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
         for j, station in enumerate(z.tolist()):
-            bend(*rows, self.strip.length, station, out[0, j], out[1, j], out[2, j])
-        if self.strip.compliance:
-            sheared = self.strip.compliance * self.states[SHEAR]
-            out[1] = out[1] / self.states[SOFTENING] - sheared
-            out[2] = out[2] / self.states[SOFTENING] - sheared * z[:, None]
+            linear_shape(self.states, strip.length, strip.compliance, station, out[0, j], out[1, j], out[2, j])
         return out[0], out[1], out[2]
 
     def _series(self, stations: ArrayLike, series: Array) -> Array:
@@ -78,13 +74,6 @@ class BentStrip:
     def deflection(self, stations: ArrayLike) -> Array:
         """V(z) [m]."""
         return self._linear(stations)[2] + self._series(stations, self.deflection_series)
-
-    def axial_force(self, stations: ArrayLike) -> Array:
-        """N along the strip's tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
-        if not self.inclined:
-            return np.broadcast_to(self.states[FORCE], (np.size(stations), self.states.shape[1]))
-        slope = self.slope(stations)
-        return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
 
     def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
         """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
@@ -106,6 +95,24 @@ class BentStrip:
 
 
 @kernel
+def linear_shape(
+    states: Array, length: float, compliance: float, z: float, curvature: Array, slope: Array, deflection: Array
+) -> None:
+    """Write psi' [1/m], V' and V [m] of the linear strip at a section to arrays of shape (angles,)."""
+    bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], length, z, curvature, slope, deflection)
+    if compliance != 0.0:
+        for i in range(states.shape[1]):
+            slope[i] = slope_of(slope[i], states[SOFTENING, i], compliance, states[SHEAR, i])
+            deflection[i] = deflection[i] / states[SOFTENING, i] - compliance * states[SHEAR, i] * z
+
+
+@kernel
+def tangential_force(force: float, side: float, slope: float) -> float:
+    """N = P (1 - V'^2/2) + T V' [N], along the deflected strip."""
+    return force * (1.0 - 0.5 * slope * slope) + side * slope
+
+
+@kernel
 def fibre_stresses(
     strip: Strip, states: Array, stations: Array, correction: Array, direct: float, bending: float, inclined: bool
 ) -> Array:
@@ -120,9 +127,7 @@ def fibre_stresses(
             if correction.size > 0:
                 curvature += correction[j, i]
             if inclined:
-                slope = rotation[i]
-                if strip.compliance != 0.0:
-                    slope = slope / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
-                force = force * (1.0 - 0.5 * slope * slope) + states[SIDE, i] * slope
+                slope = slope_of(rotation[i], states[SOFTENING, i], strip.compliance, states[SHEAR, i])
+                force = tangential_force(force, states[SIDE, i], slope)
             out[0, j, i], out[1, j, i] = direct * force + bending * curvature, direct * force - bending * curvature
     return out

@@ -31,6 +31,7 @@ from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for, scratch, third_order
 from solvers.rod.strip.shape import bend_at
+from solvers.rod.strip.shear import slope_of
 
 _ANGLES = grid(64)
 
@@ -91,7 +92,7 @@ def add_third_order(
         for k in range(n + 1):
             z = tables.nodes[k] * l
             _, psi, _ = bend_at(states[COUPLING, i], states[CLAMP, i], states[SHEAR, i], states[HEAD, i], l, z)
-            slope[k] = psi / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
+            slope[k] = slope_of(psi, states[SOFTENING, i], strip.compliance, states[SHEAR, i])
         q = strip.couples * states[FORCE, i] * per_force
         third_side, third_clamp = third_order(
             q, -states[SIDE, i] * per_force, head / l, slope, tables, workspace, curvature, deflection

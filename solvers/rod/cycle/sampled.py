@@ -21,7 +21,7 @@ from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, resolved_rows, rule_for
 from solvers.rod.cycle.section import Field, RingingShape, strip_results
-from solvers.rod.cycle.state import FORCE, ROWS, SIDE, fill_states
+from solvers.rod.cycle.state import FORCE, ROWS, fill_states
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,6 @@ class SampledCycle:
             edges=panels.edges,
             rule=panels.rule,
             states=states,
-            side=states[SIDE],
             curvature_series=series[: sampler.terms],
             deflection_series=series[sampler.terms :],
             length=d.l,

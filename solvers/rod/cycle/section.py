@@ -25,8 +25,8 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
-from solvers.rod.strip.shape import bend
+from solvers.rod.cycle.bent_strip import linear_shape, tangential_force
+from solvers.rod.cycle.state import FORCE, SIDE
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,6 @@ class Field(NamedTuple):
 
     edges, rule        the panels
     states             (state.ROWS, n)
-    side               T of the linear strip [N], (n,)
     curvature_series   Legendre series over the strip of the corrections to V'' [1/m], (terms, n)
     deflection_series  the same to V [m]
     length, compliance free length [m], g = EI/(kGA) [m^2]
@@ -77,7 +76,6 @@ class Field(NamedTuple):
     edges: Array
     rule: Rule
     states: Array
-    side: Array
     curvature_series: Array
     deflection_series: Array
     length: float
@@ -105,21 +103,14 @@ def section_layers(field: Field, z: float, out: Array) -> None:
     """Write stresses [Pa] of both fibres and deflection [m] at a section to ``out``, shape (3, n)."""
     states, n = field.states, field.states.shape[1]
     curvature, slope, deflection = out[0], out[1], out[2]
-    bend(
-        states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], field.length, z, curvature, slope, deflection
-    )  # fmt: skip
-    if field.inclined or field.compliance != 0.0:
-        for i in range(n):
-            sheared = field.compliance * states[SHEAR, i]
-            slope[i] = slope[i] / states[SOFTENING, i] - sheared
-            deflection[i] = deflection[i] / states[SOFTENING, i] - sheared * z
+    linear_shape(states, field.length, field.compliance, z, curvature, slope, deflection)
     zeta = 2.0 * z / field.length - 1.0
     add_series(field.curvature_series, zeta, curvature)
     add_series(field.deflection_series, zeta, deflection)
     for i in range(n):
         tangential = states[FORCE, i]
         if field.inclined:
-            tangential = tangential * (1.0 - 0.5 * slope[i] * slope[i]) + field.side[i] * slope[i]
+            tangential = tangential_force(tangential, states[SIDE, i], slope[i])
         direct, bending = field.direct * tangential, field.bending * curvature[i]
         out[0, i], out[1, i] = direct + bending, direct - bending
 
@@ -183,7 +174,7 @@ def strip_results(
 
     ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a constant stress omitted from the field.
     """
-    table, work = np.empty((stations, 3, 4)), np.empty((3, field.side.size))
+    table, work = np.empty((stations, 3, 4)), np.empty((3, field.states.shape[1]))
     for j in range(stations):
         extremes_at(field, ringing, field.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
     error = 0.0

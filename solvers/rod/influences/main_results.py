@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.rod.cycle.bent_strip import tangential_force
 from solvers.rod.cycle.friction_buckling import carried_share
 from solvers.rod.cycle.section import add_series
 from solvers.rod.cycle.state import (
@@ -33,6 +34,7 @@ from solvers.rod.cycle.state import (
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls, contact_load
 from solvers.rod.strip.shape import bend
+from solvers.rod.strip.shear import slope_of
 
 Array = NDArray[np.float64]
 
@@ -152,8 +154,8 @@ def evaluate(
         for i in range(n):
             tangential = force[i]
             if inclined:
-                inclination = slope[i] / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
-                tangential = tangential * (1.0 - 0.5 * inclination * inclination) + side[i] * inclination
+                inclination = slope_of(slope[i], states[SOFTENING, i], strip.compliance, states[SHEAR, i])
+                tangential = tangential_force(tangential, side[i], inclination)
             direct, bending = parameters.direct * tangential, parameters.bending * curvature[i]
             upper[i], lower[i] = direct + bending, direct - bending
         for fibre in range(2):

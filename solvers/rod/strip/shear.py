@@ -27,6 +27,12 @@ _TOLERANCE = 4.0 * float(np.finfo(float).eps)
 
 
 @kernel
+def slope_of(rotation: float, softening: float, compliance: float, shear: float) -> float:
+    """V' = psi/m - g D, from psi, m, g [m^2] and D [1/m^2]."""
+    return rotation / softening - compliance * shear
+
+
+@kernel
 def _scaled_determinant(x: float, l: float, rod_length: float, compliance: float) -> float:
     """det/L^3 in compression."""
     e, scaled = rod_length - l, -((x / l) ** 2)

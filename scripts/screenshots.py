@@ -80,7 +80,7 @@ def taken(page: Page, url: str, name: str, high: int = _HIGH) -> None:
 
 
 def main() -> None:
-    path = shutil.which("chromium")
+    path = shutil.which("chromium-headless-shell") or shutil.which("chromium")
     if path is None:
         raise SystemExit("chromium is missing: run scripts/system-packages")
     OUT.mkdir(parents=True, exist_ok=True)

@@ -26,6 +26,8 @@ _COARSE_GAP, _GAP_SHARE, _DISCRETE_GAP_SHARE = 1e-3, 0.1, 0.01
 with discrete sizes, since later searches move to neighbouring sizes only."""
 _SLACKS = 0.2, 1.0
 """Fractions of the maximum slack by which requirements are relaxed in turn."""
+_NEARLY = 0.01
+"""Relative violation up to which a known strip is a start."""
 
 
 def design(
@@ -185,10 +187,15 @@ class _Design:
 
     def attainable_best(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem, which begins with given effects and selects its own at its result; known
-        strips that meet its requirements are further starts."""
-        objective, asked = problem.objective.name, problem.requirements
-        similar = (best for (_, name, _), best in self.other_designs.items() if name == objective and best is not None)
-        known = tuple(best.check.dimensions for best in similar if asked.met_by(best.check))
+        strips that nearly meet its requirements are further starts."""
+        asked, nearly = problem.requirements, problem.requirements.relaxed(_NEARLY)
+        others = ((name, best.check) for (_, name, _), best in self.other_designs.items() if best is not None)
+        # A strip that meets them is no start if another objective led to it: it is far from optimal.
+        known = tuple(
+            check.dimensions
+            for name, check in others
+            if nearly.met_by(check) and (name == problem.objective.name or not asked.met_by(check))
+        )
         other = replace(self, problem=problem, relaxes=False, known=known)
         result = other.result_with_selected_effects(given=effects.include)
         if not result.feasible:

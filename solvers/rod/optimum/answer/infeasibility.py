@@ -128,11 +128,12 @@ class _Diagnosis:
     def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
         """Entries from a known optimum for ``r``, whose opponents are the requirements active there. If no size is
         continuous none is active; its opponents are those that cannot be met beside it."""
-        opponents = [o for o in (attained.opponents if self.core.sizes.free else self.requirements) if o is not r]
-        if not self.core.sizes.free:
-            opponents = [o for o in opponents if self.is_missed(o, self.best_under_others(o))]
+        others = [o for o in self.requirements if o is not r]
+        opponents = [o for o in attained.opponents if o in others] if self.core.sizes.free else others
         if self.is_out_of_reach(r, opponents):
             return [self.entry(r, _OUT_OF_REACH, _of_design(r, attained))]
+        if not self.core.sizes.free:
+            opponents = [o for o in opponents if self.is_missed(o, self.best_under_others(o))]
         entries = [self.entry(r, self.conflict(r, opponents), _of_design(r, attained))]
         for o in opponents:
             best = self.best_under_others(o)
@@ -142,10 +143,10 @@ class _Diagnosis:
 
     def is_out_of_reach(self, r: Constraint, opponents: Sequence[Constraint]) -> bool:
         """Whether a requirement cannot be met alone: on the core or, if dropping none of its opponents helps, on the
-        full model."""
+        full model. Without continuous sizes a design for it alone takes less time than those without an opponent."""
         if not opponents or not self.core.is_feasible(self.limits_of(r)):
             return True
-        if not all(self.full.are_infeasible_without([o]) for o in opponents):
+        if self.core.sizes.free and not all(self.full.are_infeasible_without([o]) for o in opponents):
             return False
         alone = self.full.best(r, [o for o in self.requirements if o is not r])
         return alone is not None and not r.meets(alone.check, self.required(r))

@@ -127,7 +127,7 @@ def _search(
     # Half of the gap is reserved for the relaxation's own best strip, which may be slightly suboptimal.
     gap = max(0.45 * gap, _MIN_GAP)
     evaluated, bound = 0, -math.inf
-    stride = _COARSE_MEAN_STRIDE if gap > _COARSE_MEAN_GAP and not sizes.discrete else 1
+    stride = _COARSE_MEAN_STRIDE if gap > _COARSE_MEAN_GAP else 1
     for iteration in range(_ROUNDS):
         p = _relaxation(cycle, objective, limits, samples, stride)
         known = math.inf if incumbent is None else incumbent.log_cost

@@ -142,14 +142,26 @@ class _Diagnosis:
         return _unattainable(entries)
 
     def is_out_of_reach(self, r: Constraint, opponents: Sequence[Constraint]) -> bool:
-        """Whether a requirement cannot be met alone: on the core or, if dropping none of its opponents helps, on the
-        full model. Without continuous sizes a design for it alone takes less time than those without an opponent."""
+        """Whether a requirement cannot be met alone: on the core or, unless the core's best strip for it or one that
+        drops an opponent meets it, on the full model.
+
+        Without continuous sizes a design for it alone takes less time than those without an opponent."""
         if not opponents or not self.core.is_feasible(self.limits_of(r)):
             return True
+        if self.is_met_by_core_optimum(r):
+            return False
         if self.core.sizes.free and not all(self.full.are_infeasible_without([o]) for o in opponents):
             return False
         alone = self.full.best(r, [o for o in self.requirements if o is not r])
         return alone is not None and not r.meets(alone.check, self.required(r))
+
+    def is_met_by_core_optimum(self, r: Constraint) -> bool:
+        """Whether the core's best strip for a requirement alone meets it on the full model."""
+        best = self.core.best(r, _STABILITY_ONLY)
+        try:
+            return best is not None and r.meets(self.model.check(best.strip, self.core.accuracy).value, self.required(r))
+        except (InvalidInput, OutOfTime):
+            return False
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> _Attainable | None:
         """The best value under all other requirements except ``but``; if these conflict among themselves, the worst of

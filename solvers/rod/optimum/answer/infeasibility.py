@@ -158,8 +158,10 @@ class _Diagnosis:
     def is_met_by_core_optimum(self, r: Constraint) -> bool:
         """Whether the core's best strip for a requirement alone meets it on the full model."""
         best = self.core.best(r, _STABILITY_ONLY)
+        if best is None:
+            return False
         try:
-            return best is not None and r.meets(self.model.check(best.strip, self.core.accuracy).value, self.required(r))
+            return r.meets(self.model.check(best.strip, self.core.accuracy).value, self.required(r))
         except (InvalidInput, OutOfTime):
             return False
 

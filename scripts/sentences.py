@@ -27,7 +27,8 @@ SOURCES = (
     *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "independent", "schema")),
     _APP / "designs" / "crank_masses" / "kind.py",
     *(_APP / name for name in ("run_references.py", "solve_failures.py")),
-    *(_APP / "batches" / f"{name}.py" for name in ("chunk", "intake", "parquet", "service", "sweep")),
+    *(_APP / "batches" / f"{name}.py" for name in ("chunk", "intake", "parquet", "service", "splitting", "sweep")),
+    _APP / "store" / "batch_inputs.py",
     *(_APP / "jobs" / f"{name}.py" for name in ("errors", "warming")),
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))

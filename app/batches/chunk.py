@@ -158,7 +158,7 @@ class _Chunk:
         except RepeatedNames as repeating:
             return row.line, _Refused(refusal(REPEATED, repetitions(repeating.paths)), None)
         except UnreadableRow as unreadable:
-            wrong = [entry("", str(unreadable), "one request of this kind")]
+            wrong = [entry("", str(unreadable), unreadable.allowed)]
             return row.line, _Refused(refusal(f"the row {unreadable}", wrong), None)
         except RecursionError:
             return row.line, _Refused(refusal("the row is nested too deeply", []), None)

@@ -1,11 +1,8 @@
-"""Streaming intake of batches: split the body into rows without parsing them, and pack the rows into blocks."""
+"""Streaming intake of batches: rows are packed into blocks, and stored a few blocks at a time."""
 
 from __future__ import annotations
 
 import asyncio
-import csv
-import io
-import re
 import time
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -18,19 +15,10 @@ from app.store.batch_operations import RECEIVING_S, Receive
 from app.store.batch_records import Block
 from app.store.repository import RunStore
 
-LONGEST_ROW = 1_000_000
 _BLOCK_ROWS, _BLOCK_BYTES = 5000, 2 * 2**20
 """Block limits [rows, bytes]. A chunk lies in one block, so a block must hold a chunk of the fastest kind."""
 _BLOCKS_PER_WRITE = 4
 _LONGEST_REST_S = 0.1
-_TOO_LONG = f"is longer than {LONGEST_ROW} bytes"
-_BOM = b"\xef\xbb\xbf"
-_DELIMITERS = (b",", b";", b"\t")
-_CELL = rb'(?:"[^"]*+(?:""[^"]*+)*+"|(?!"))[^%b]*+'
-"""A complete cell of a CSV. A quotation mark quotes only at its start, where doubled ones are text until a single one;
-any other, such as that of 1/2", is text."""
-_CELLS = {each: re.compile(_CELL % each + rb"(?:" + each + _CELL % each + rb")*+") for each in _DELIMITERS}
-_EMPTY_CELLS = {each: re.compile(rb'(?:\s|%b|""(?!"))*+' % each) for each in _DELIMITERS}
 
 _THREAD = ThreadPoolExecutor(1, thread_name_prefix="batch-intake")
 T = TypeVar("T")
@@ -60,89 +48,6 @@ def _then_rest(call: Callable[[], T]) -> T:
     finally:
         if _waiting > 1:
             time.sleep(min(2.0 * (time.monotonic() - started), _LONGEST_REST_S))
-
-
-class Lines:
-    """Splits a byte stream into rows numbered by their first lines, from 1; the content of an overlong row is
-    discarded, and rows without content are left out.
-
-    ``quotes`` enables CSV quoting, where a line break between quotes does not end a row. A row of a CSV whose cells are
-    all empty has no content.
-    """
-
-    def __init__(self, quotes: bool) -> None:
-        self._quotes = quotes
-        self._delimiter: bytes | None = None
-        self._lines: list[bytes] = []
-        """The complete lines of the current row."""
-        self._parts: list[bytes] = []
-        """The current line as far as it has arrived."""
-        self._size, self._line, self._first, self._open = 0, 1, 1, False
-
-    def feed(self, data: bytes) -> Iterator[Row]:
-        """The rows completed by ``data``."""
-        pieces = data.split(b"\n")
-        for piece in pieces[:-1]:
-            self._keep(piece + b"\n")
-            self._end_line()
-            if self._open and self._size <= LONGEST_ROW:
-                continue
-            row = self._row()
-            if row is not None:
-                yield row
-        if pieces[-1]:
-            self._keep(pieces[-1])
-
-    def end(self) -> Row | None:
-        """The last row if it has no trailing line break."""
-        if not self._size:
-            return None
-        self._end_line()
-        return self._row()
-
-    def _keep(self, piece: bytes) -> None:
-        self._size += len(piece)
-        if self._size > LONGEST_ROW:
-            self._lines.clear()
-            self._parts.clear()
-        else:
-            self._parts.append(piece)
-
-    def _end_line(self) -> None:
-        line = b"".join(self._parts)
-        self._parts.clear()
-        if self._line == 1:
-            line = line.removeprefix(_BOM)
-        if self._quotes:
-            if self._delimiter is None and line.strip():
-                self._delimiter = _delimiter_of(line)
-            if self._open or b'"' in line:
-                cells = _CELLS[self._delimiter or _DELIMITERS[0]]
-                self._open = cells.fullmatch(b'"' + line if self._open else line) is None
-        self._lines.append(line)
-        self._line += 1
-
-    def _row(self) -> Row | None:
-        content, size, line = b"".join(self._lines).strip(b"\r\n"), self._size, self._first
-        self._lines.clear()
-        self._size, self._open, self._first = 0, False, self._line
-        if size > LONGEST_ROW:
-            return Row(line, b"", _TOO_LONG + (": is a quotation mark not closed?" if self._quotes else ""))
-        empty = _EMPTY_CELLS[self._delimiter].fullmatch(content) if self._delimiter else not content.strip()
-        return None if empty else Row(line, content)
-
-
-def _delimiter_of(line: bytes) -> bytes:
-    """What separates the cells of a table with this first line: a comma, else a semicolon or a tab, as spreadsheets
-    write where numbers have decimal commas."""
-    return next((each for each in _DELIMITERS if each in line), _DELIMITERS[0])
-
-
-def header_of(row: Row) -> tuple[tuple[str, ...], str]:
-    """The column names in the first row of a CSV, and what separates them. Raises ValueError."""
-    text, delimiter = row.content.decode(), _delimiter_of(row.content.partition(b"\n")[0]).decode()
-    [record] = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True))
-    return tuple(name.strip() for name in record), delimiter
 
 
 class Receiver:

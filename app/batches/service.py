@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import csv
 import hashlib
 import json
 import re
@@ -16,9 +15,10 @@ from typing import IO, Any
 from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
 from app.batches.fields import names as field_names
-from app.batches.intake import Lines, Receiver, aside, header_of, in_slices
+from app.batches.intake import Receiver, aside, in_slices
 from app.batches.parquet import ParquetTable
 from app.batches.results import Format, Wanted, streamed
+from app.batches.splitting import Lines, Records, header_of
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Mode
@@ -30,7 +30,7 @@ from app.errors import Problem
 from app.jobs.errors import ShareUsed
 from app.jobs.executor import Executor
 from app.names import cleaned
-from app.store.batch_inputs import Row, Source
+from app.store.batch_inputs import Row, Source, UnreadableRow
 from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_answer
 from app.store.batch_reads import BatchFilter, active_batches_of, get_batch, list_batches
 from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
@@ -80,7 +80,7 @@ class BatchService:
         """Accept a batch of NDJSON lines or CSV records, stored while streaming; answers once all are durable."""
         digest = digest or hashlib.sha256()
         digest.update(ask.told())
-        lines = Lines(quotes=as_csv)
+        lines = Records() if as_csv else Lines()
         parts = _hashed(stream, digest)
         source = Source("ndjson")
         head: list[Row] = []
@@ -94,9 +94,8 @@ class BatchService:
             async for part in parts:
                 if found := await aside(lambda part=part: list(lines.feed(part))):
                     yield found
-            last = lines.end()
-            if last is not None:
-                yield [last]
+            if last := await aside(lambda: list(lines.end())):
+                yield last
 
         return await self._take(ask, source, rows(), key, digest)
 
@@ -289,16 +288,13 @@ def _wholes(name: str) -> list[str]:
 
 
 def _header(row: Row | None) -> tuple[tuple[str, ...], str]:
-    allowed = "a first line of dotted field names"
     try:
-        if row is None or row.unfit:
-            raise ValueError
+        if row is None:
+            raise UnreadableRow("has no header", "a first line of dotted field names")
         return header_of(row)
-    except UnicodeDecodeError:
-        wrong = entry("", "is no UTF-8", "a table saved as CSV in UTF-8")
+    except UnreadableRow as error:
+        wrong = entry("", str(error), error.allowed)
         raise Problem(422, INVALID, "the header cannot be read", [wrong]) from None
-    except (ValueError, csv.Error):
-        raise Problem(422, INVALID, "the header cannot be read", [entry("", "has no header", allowed)]) from None
 
 
 async def _first_row(lines: Lines, parts: AsyncIterator[bytes]) -> tuple[Row | None, list[Row]]:
@@ -306,7 +302,8 @@ async def _first_row(lines: Lines, parts: AsyncIterator[bytes]) -> tuple[Row | N
     async for part in parts:
         if rows := await aside(lambda part=part: list(lines.feed(part))):
             return rows[0], rows[1:]
-    return lines.end(), []
+    rows = await aside(lambda: list(lines.end()))
+    return (rows[0], rows[1:]) if rows else (None, [])
 
 
 async def _hashed(stream: AsyncIterator[bytes], digest: Any) -> AsyncIterator[bytes]:

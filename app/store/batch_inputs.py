@@ -24,6 +24,7 @@ from app.store.hashing import canonical_json
 
 _LEVEL = 3
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_TABLE = "a table saved as CSV in UTF-8"
 
 
 class Row(NamedTuple):
@@ -35,7 +36,11 @@ class Row(NamedTuple):
 
 
 class UnreadableRow(Exception):
-    """A row that is not a request body of any kind."""
+    """A row that is not a request body of any kind, and what is ``allowed`` instead."""
+
+    def __init__(self, reason: str, allowed: str = "one request of this kind") -> None:
+        super().__init__(reason)
+        self.allowed = allowed
 
 
 class RepeatedNames(UnreadableRow):
@@ -73,6 +78,8 @@ class Source:
 
     def body(self, row: Row) -> dict[str, Any]:
         """The request body of a row. Raises UnreadableRow."""
+        if self.form == "csv":
+            return _nested(self.base, self.columns, self._cells(row))
         if row.unfit is not None:
             raise UnreadableRow(row.unfit)
         if self.form == "ndjson":
@@ -80,26 +87,15 @@ class Source:
             if not isinstance(found, dict):
                 raise UnreadableRow("is no JSON object")
             return found
-        if self.form == "csv":
-            cells = [self._cell(name, text) for name, text in zip(self.columns, self._record(row), strict=True)]
-        else:
-            cells = json.loads(row.content)
-        return _nested(self.base, self.columns, cells)
+        return _nested(self.base, self.columns, json.loads(row.content))
 
-    def _record(self, row: Row) -> list[str]:
-        try:
-            text = row.content.decode()
-        except UnicodeDecodeError:
-            raise UnreadableRow("is no UTF-8") from None
-        try:
-            records = list(csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True))
-        except csv.Error as error:
-            raise UnreadableRow(f"cannot be read as CSV: {error}") from None
-        if len(records) != 1:
-            raise UnreadableRow("is not one record of CSV")
-        if len(records[0]) != len(self.columns):
-            raise UnreadableRow(f"has {len(records[0])} cells where the header has {len(self.columns)}")
-        return records[0]
+    def _cells(self, row: Row) -> list[Any]:
+        texts = record(row, self.delimiter)
+        if len(texts) != len(self.columns):
+            raise UnreadableRow(
+                f"has {len(texts)} cells where the header has {len(self.columns)}", "a cell for each column"
+            )
+        return [self._cell(name, text) for name, text in zip(self.columns, texts, strict=True)]
 
     def _cell(self, name: str, text: str) -> Any:
         if text == "" or name in self.texts:
@@ -113,6 +109,23 @@ class Source:
                 number = bare if self.delimiter == "," else bare.replace(",", ".", 1)
                 return float(number) if _NUMBER.fullmatch(number) else text
         return text
+
+
+def record(row: Row, delimiter: str) -> list[str]:
+    """The cells of a row of a CSV. Raises UnreadableRow."""
+    if row.unfit is not None:
+        raise UnreadableRow(row.unfit, _TABLE)
+    try:
+        text = row.content.decode()
+    except UnicodeDecodeError:
+        raise UnreadableRow("is no UTF-8", _TABLE) from None
+    try:
+        records = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True))
+    except csv.Error as error:
+        raise UnreadableRow(f"cannot be read as CSV: {error}", _TABLE) from None
+    if len(records) != 1:
+        raise UnreadableRow("is not one record of CSV", _TABLE)
+    return records[0]
 
 
 def _json(content: bytes) -> Any:

@@ -18,8 +18,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from app.batches.intake import Lines, header_of
 from app.batches.service import Asked, table_source
+from app.batches.splitting import Lines, Records, header_of
 from app.designs.kind import Detail, Mode
 from app.designs.many import answer_many, validated
 from app.designs.registry import KINDS, example_of, job_of
@@ -30,12 +30,12 @@ from tests.reliability.attacks import spoiled
 PIN, CRANK = KINDS["pin-profile"], KINDS["crank-dynamics"]
 
 
-def _rows(data: bytes, quotes: bool) -> list[Row]:
+def _rows(data: bytes, splitter: type[Lines]) -> list[Row]:
     """Split bytes into rows; asserts independence of chunking and a lossless round trip through a block."""
-    whole, cut = Lines(quotes), Lines(quotes)
-    rows = [*whole.feed(data), *filter(None, [whole.end()])]
+    whole, cut = splitter(), splitter()
+    rows = [*whole.feed(data), *whole.end()]
     at = len(data) // 3
-    again = [*cut.feed(data[:at]), *cut.feed(data[at:]), *filter(None, [cut.end()])]
+    again = [*cut.feed(data[:at]), *cut.feed(data[at:]), *cut.end()]
     assert rows == again
     assert not rows or unpacked_rows(packed_rows(rows), 0, len(rows)) == rows
     return rows
@@ -59,16 +59,16 @@ def _judge(source: Source, rows: list[Row]) -> int:
 
 def ndjson(data: bytes) -> int:
     """Parse NDJSON."""
-    return _judge(Source("ndjson"), _rows(data, quotes=False))
+    return _judge(Source("ndjson"), _rows(data, Lines))
 
 
 def table(data: bytes) -> int:
     """Parse CSV with its header."""
-    rows = _rows(data, quotes=True)
+    rows = _rows(data, Records)
     try:
-        names, delimiter = header_of(rows[0]) if rows and not rows[0].unfit else ((), ",")
+        names, delimiter = header_of(rows[0]) if rows else ((), ",")
         source = table_source(Asked(PIN.slug, "check"), names, delimiter)
-    except (ValueError, csv.Error, Problem):
+    except (UnreadableRow, Problem):
         return 0
     return _judge(Source.from_json(source.to_json()), rows[1:])
 
@@ -133,7 +133,7 @@ def main() -> None:
         # Every other input extends a prefix of a valid example, to reach deeper code.
         parser(data if len(data) % 2 else example[: len(data) * 7 % len(example)] + data)
 
-    for owner in (Lines, Source):
+    for owner in (Lines, Records, Source):
         for function in filter(inspect.isfunction, vars(owner).values()):
             atheris.instrument_func(function)
     atheris.Setup([sys.argv[0], f"-runs={number}", "-max_len=4096", "-timeout=20"], one)

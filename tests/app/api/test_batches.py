@@ -17,7 +17,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.batches import results
-from app.batches.intake import LONGEST_ROW
+from app.batches.splitting import LONGEST_ROW
 from app.batches.sweep import Sweep
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -296,6 +296,36 @@ def test_a_table_of_a_spreadsheet_with_decimal_commas(client: TestClient, delimi
     [row] = rows_of(client, batch)
     spec = client.get(f"/api/v1/runs/{row['run_id']}").json()["spec"]
     assert (row["status"], spec["name"], spec["load"]["force_n"]) == ("succeeded", "1,5", 4500.5)
+
+
+def test_a_faulty_row_of_csv_is_refused_alone(client: TestClient) -> None:
+    given = {name: str(value) for name, value in _dotted(PIN).items() if value is not None}
+    names, cells = ",".join(given), ",".join(given.values())
+    rows = ["name," + names, "first," + cells, '"second,' + cells, "third," + cells, "Bügel," + cells, "few"]
+    batch = ended(client, submit(client, "\r".join(rows).encode("latin-1"), "text/csv"))
+    assert (batch["items"]["succeeded"], batch["items"]["refused"]) == (2, 3)
+    problems = [row["problem"].partition(": ")[2] for row in rows_of(client, batch) if row["problem"]]
+    assert problems == [
+        "/ has a quotation mark at the start of a cell that is not closed (allowed: a table saved as CSV in UTF-8)",
+        "/ is no UTF-8 (allowed: a table saved as CSV in UTF-8)",
+        f"/ has 1 cells where the header has {len(given) + 1} (allowed: a cell for each column)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("header", "detail", "allowed"),
+    [
+        ("", "has no header", "a first line of dotted field names"),
+        (" , \n", "has no header", "a first line of dotted field names"),
+        ('"name,bore_mm\na,1\n', "has a quotation mark at the start of a cell that is not closed", "a table saved as"),
+        ("Länge\n1\n", "is no UTF-8", "a table saved as CSV in UTF-8"),
+        (LONGEST_ROW * "x" + "\n1", "is longer than 1000000 bytes", "a table saved as CSV"),
+    ],
+)
+def test_a_header_that_cannot_be_read_says_why(client: TestClient, header: str, detail: str, allowed: str) -> None:
+    answer = submit(client, header.encode("latin-1"), "text/csv")
+    [error] = answer.json()["errors"]
+    assert (answer.status_code, error["detail"]) == (422, detail) and error["allowed"].startswith(allowed)
 
 
 def test_null_in_a_sweep_replaces_what_its_base_has(client: TestClient) -> None:

@@ -72,6 +72,19 @@ def test_unbalance_against_summed_forces():
         assert found.reciprocating[order - 1].force == pytest.approx(np.max(np.abs(vector)), rel=2e-5)
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.5, -0.5])
+def test_unbalance_of_a_rod_hardly_longer_than_the_crank(offset):
+    """In the limit of equal lengths the piston is at r (cos phi + |cos phi|), whose harmonics are known."""
+    length = 0.04 * (1.0 + 1e-11)
+    mechanism = replace(CAR, rod_length=length, offset=offset * (length - 0.04))
+    masses = replace(MASSES, rod=replace(MASSES.rod, length=length, cg_from_pin=0.0))
+    table = crank.TablePressure(tuple(np.linspace(0.0, 12.0, 8).tolist()), (1e5,) * 8)
+    found = balance(in_line(1, (1,)), mechanism=mechanism, masses=masses, pressure=table)
+    force = masses.reciprocating * 0.04 * mechanism.angular_speed**2
+    for unbalance, exact in zip(found.reciprocating, (1.0, 16 / (3 * math.pi), 64 / (15 * math.pi)), strict=True):
+        assert unbalance.force == pytest.approx(force * exact, rel=2e-8)
+
+
 @pytest.mark.parametrize(("cylinders", "order"), [(1, (1,)), (4, (1, 3, 4, 2)), (5, (1, 2, 4, 5, 3))])
 def test_the_swing_of_the_speed_against_brute_force(cylinders, order):
     engine = replace(in_line(cylinders, order), flywheel_inertia=0.2, wanted_irregularity=0.01)

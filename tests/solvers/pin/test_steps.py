@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -206,6 +207,33 @@ def test_a_bound_that_ran_out_of_work_is_told(monkeypatch):
     monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_WORK", 1)
     for limit in (None, LIMIT):
         assert 1e-5 < designed(3, limit).certificate.gap < 0.2
+
+
+THREAD = pin.Scene(
+    pin.BushingGeometry(0.22e-3, 92.5e-3, 193.5e-3, 5.3e-3), 3020.0, pin.PinMaterial(170e6, 210e9, 0.3, 7850.0)
+)
+
+
+def thread(bore):
+    """A half of the long bushing around a bore that, as the unit of length, makes the multiplier large."""
+    scene, limits = replace(THREAD, geometry=replace(THREAD.geometry, bore=bore)), pin.Limits(max_deflection=207.5e-6)
+    return Half(assemble(scene, limits, PAPER, Physics(), initial_stations(scene)))
+
+
+@pytest.mark.parametrize(("bore", "gap"), [(0.22e-3, 9e-3), (0.22e-3, 9e-5), (0.05e-3, 9e-8), (50e-3, 9e-3)])
+def test_the_multiplier_is_found_however_far_it_is_from_the_first_guess(bore, gap):
+    """It is 3,000 for 0.22 mm. The search stayed at 0.5 if asked loosely, and cut cells for half a minute."""
+    found, bound, evidence = lightest_steps(thread(bore), 2, gap=gap)
+    assert found.volume * (1 - gap) <= bound <= found.volume
+    assert evidence["work"] <= 3_000_000
+
+
+def test_cells_that_cannot_close_the_gap_are_not_cut_beyond_the_work_allowed(monkeypatch):
+    """At a wrong multiplier no cell is discarded, and every round cuts each in four."""
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._Search._improve", lambda self, node, _: (None, node))
+    found, bound, evidence = lightest_steps(thread(0.22e-3), 2)
+    assert bound < 0.9 * found.volume
+    assert evidence["work"] <= 2 * 4_000_000
 
 
 def test_a_duality_gap_is_closed():

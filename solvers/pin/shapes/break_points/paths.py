@@ -251,7 +251,9 @@ def maximise_dual(
             low, low_value, low_slope = lam, dual_value, slope
         else:
             high, high_value, high_slope = lam, dual_value, slope
-        if value >= target or abs(slope) * lam <= tolerance:
+        # The tangent bounds what is missing: the best multiplier lies between lam and ``high``, or ``low``.
+        farthest = high if to_soft else low
+        if value >= target or slope * (farthest - lam) <= tolerance:
             break
         if low == 0.0 or high == np.inf:
             # The deflection of thin walls is inversely proportional to the root of the multiplier.

@@ -44,8 +44,8 @@ _MOST_WORK = 4_000_000
 """Maximum work per step, about 30 ms, in cost evaluations (one that requires a minimisation counts as ten). Of 150
 random problems, all that closed their gap did so within this limit; ten times as much hardly narrowed the others'
 gaps."""
-_WALLS_WORK = 100_000
-"""Work, in cost evaluations, of computing the walls of one path."""
+_WALLS_WORK, _CELL_WORK = 100_000, 2_000
+"""Work, in cost evaluations, of computing the walls of one path, and the bounds of one cell."""
 _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
 """Tolerance of the dual maximum as a fraction of the requested gap or of the next expected gap, and the latter as a
 fraction of the node's present gap."""
@@ -67,16 +67,21 @@ def lightest_steps(
 
     ``known_bound`` is a lower bound from a relaxation.
     """
-    even = half.lightest_walls(np.arange(1, steps + 1) / steps)
+    even = _even(half, steps)
     if even is None:
         return None
     if even.multiplier == 0.0:
         # Probably the limit is not binding.
         free = Half(replace(half.program, limit=None), half.solid_from)
-        found = _Search(free, steps, gap).close(known_bound)
+        found = _Search(free, _even(free, steps), gap).close(known_bound)
         if half.lightest_walls(found[0].places).multiplier == 0.0:
             return found
-    return _Search(half, steps, gap).close(known_bound)
+    return _Search(half, even, gap).close(known_bound)
+
+
+def _even(half: Half, steps: int) -> Steps | None:
+    """Return steps of equal length with their lightest walls; None if infeasible."""
+    return half.lightest_walls(np.arange(1, steps + 1) / steps)
 
 
 @dataclass(frozen=True)
@@ -94,18 +99,17 @@ class _Node:
 
 
 class _Search:
-    """One search for steps and a bound within ``gap``; ``best`` is the incumbent."""
+    """One search for steps and a bound within ``gap``, beginning with ``best``, the incumbent."""
 
-    def __init__(self, half: Half, steps: int, gap: float) -> None:
-        self.half, self.steps, self.gap, self.bounds = half, steps, gap, Bounds(half)
+    def __init__(self, half: Half, best: Steps, gap: float) -> None:
+        self.half, self.best, self.steps, self.gap, self.bounds = half, best, best.walls.size, gap, Bounds(half)
         self.limited = half.sums is not None
-        self.best: Steps | None = None
-        self.work = 0
+        self.work, self.most_work = 0, _MOST_WORK * self.steps
         own = half.program
         self._capped = self.limited and own.variable.kappa < 0.0
         self._concave_from = inflection(own.scene.material.poisson) if self._capped else math.inf
 
-    def close(self, known_bound: float) -> tuple[Steps, float, Evidence] | None:
+    def close(self, known_bound: float) -> tuple[Steps, float, Evidence]:
         """Bound, refine and branch, lowest bound first."""
         count = max(_INITIAL_CELLS[self.limited] * min(GAP / self.gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
         edges = self.half.edges(math.ceil(count))
@@ -117,12 +121,10 @@ class _Search:
         queue, final_bound, count, width = [(known_bound, 0, root)], math.inf, 0, root.width
         while queue:
             bound, _, node = heapq.heappop(queue)
-            if self.best is not None and (self._is_closed(bound) or self.work > _MOST_WORK * self.steps):
+            if self._is_closed(bound) or self.work > self.most_work:
                 final_bound = min(final_bound, bound)
                 break
             dual_bound, node = self._improve(node, bound)
-            if self.best is None:
-                return None
             if self.steps == 1 or not math.isfinite(self.best.multiplier):
                 final_bound = self.best.volume * (1.0 - _ROUNDING) if math.isfinite(self.best.multiplier) else bound
                 break
@@ -175,9 +177,8 @@ class _Search:
             self.work += found.work
             self._try(found.path)
             return None, node
-        volume = math.inf if self.best is None else self.best.volume
-        size = volume if self.best is not None else max(1.0, bound)
-        tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
+        volume = self.best.volume
+        tolerance = _DUAL_TOLERANCE * max(self.gap * volume, _EXPECTED_PROGRESS * (volume - bound))
         dual_bound = self.bounds.dual_bound(ends, node.least, most, node.multiplier, tolerance, volume)
         self.work += dual_bound.work
         if math.isfinite(dual_bound.value):
@@ -190,7 +191,7 @@ class _Search:
         """Compute the walls of steps, and keep them as incumbent if they are the lightest so far."""
         self.work += _WALLS_WORK
         found = self.half.lightest_walls(places)
-        if found is not None and (self.best is None or found.volume < self.best.volume):
+        if found is not None and found.volume < self.best.volume:
             self.best = found
 
     def _branch(self, kept: _Node, dual_bound: DualBound | None, bound: float) -> list[_Node]:
@@ -201,8 +202,11 @@ class _Search:
                 branches = self._branch_at_gap(kept, dual_bound)
                 if branches:
                     return branches
-        if sum(CUT * CUT * a.t.size * b.t.size for a, b in pairwise(kept.layers)) > _MOST_PAIRS:
+        pairs = sum(CUT * CUT * a.t.size * b.t.size for a, b in pairwise(kept.layers))
+        work = _CELL_WORK * CUT * sum(layer.t.size for layer in kept.layers)
+        if pairs > _MOST_PAIRS or self.work + work > self.most_work:
             return []
+        self.work += work
         split = split_cells(self.half, kept.layers)
         return [replace(kept, layers=[_undominated(layer) for layer in split])]
 

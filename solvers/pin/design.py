@@ -16,6 +16,7 @@ from solvers.pin.check import assess, on_profile
 from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import Diagnosis, diagnose
+from solvers.pin.optimum.conic import slope_limited_walls
 from solvers.pin.optimum.program import Evaluation, Program, ShapeResult, assemble
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
@@ -140,6 +141,12 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
+def _evaluated(program: Program, best: ShapeResult) -> Evaluation:
+    """Return the shape's walls with their slope limited once more: near the solid section u does not keep all digits of
+    the bore."""
+    return Evaluation(program, slope_limited_walls(program, program.variable.wall_of(best.solidity)))
+
+
 def _on_refined_stations(
     problem: PinProblem, physics: Physics, accuracy: float
 ) -> tuple[Program, ShapeResult, Evaluation, float] | None:
@@ -169,7 +176,7 @@ def _on_refined_stations(
             if best.error_estimate is not None:
                 error_estimate = np.maximum(error_estimate, best.error_estimate)
             mass_error = float(error_estimate.sum()) / volume if volume > 0 else 0.0
-            evaluation = Evaluation(program, program.variable.wall_of(best.solidity))
+            evaluation = _evaluated(program, best)
             result = (program, best, evaluation, mass_error)
             if mass_error <= mass_tolerance:
                 if best.corners is not None:
@@ -188,6 +195,6 @@ def _on_refined_stations(
     if result is None:
         best = problem.form.find(program, accuracy)
         if best is not None:
-            evaluation = Evaluation(program, program.variable.wall_of(best.solidity))
+            evaluation = _evaluated(program, best)
             result = (program, best, evaluation, float(error_estimate.sum()) / max(volume, 1e-300))
     return result

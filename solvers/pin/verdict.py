@@ -14,6 +14,9 @@ from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Limits, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+"""Rounding error of a difference of diameters or positions, relative to the greatest."""
+
 
 def judge(
     check: PinCheck,
@@ -42,7 +45,7 @@ def judge(
         found.append(_at_most("max_deflection", limits.max_deflection, check.deflection, slack))
     if limits.max_slope is not None:
         along = check.along
-        slope = max(steepest(along.x, along.bore), steepest(along.x, along.outer))
+        slope = steepest(along.x, along.bore, along.outer)
         found.append(at_most("max_slope", limits.max_slope, slope, slack))
     cautions = *check.warnings, *unjudged, *left_out(effects, with_deflection)
     return Verdict(tuple(found), cautions, doubt(accuracy, designed))
@@ -69,11 +72,12 @@ def _at_most(name: str, required: float, reached: float | None, slack: float, as
     return at_most(name, required, math.inf if reached is None else reached, slack, asked)
 
 
-def steepest(x: Array, diameter: Array) -> float:
-    """Return the maximum slope of a diameter between positions; inf at a step."""
-    run, rise = np.diff(x), np.abs(np.diff(diameter))
+def steepest(x: Array, bore: Array, outer: Array) -> float:
+    """Return the maximum slope of a diameter between positions, less what rounding adds; inf at a step."""
+    run, rise, largest = np.diff(x), np.abs(np.diff([bore, outer])).max(axis=0), outer.max()
     # Between nearly coincident positions the difference is rounding, not slope.
     apart = run > 1e-9 * x[-1]
-    if np.any(rise[~apart] > 1e-7 * diameter.max()):
+    if np.any(rise[~apart] > 1e-7 * largest):
         return math.inf
-    return float(np.max(rise[apart] / run[apart], initial=0.0))
+    certain = np.maximum(rise[apart] - _ROUNDING * largest, 0.0) / (run[apart] + _ROUNDING * x[-1])
+    return float(np.max(certain, initial=0.0))

@@ -33,18 +33,26 @@ _MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
 """Stopping criteria: relative reduction of the gap per iteration, and the same as a fraction of the requested gap."""
 
 
-def slope_limited(program: Program, low: Array) -> Array:
-    """Return the least u >= ``low`` that satisfies the slope limit, exactly, by a forward and a backward sweep.
+def slope_limited_walls(program: Program, walls: Array) -> Array:
+    """Return the least walls >= ``walls`` that satisfy the slope limit, exactly, by a forward and a backward sweep.
 
     The thickness T = D - d has the slope of the unknown diameter: T(x) = max over y of T_min(y) - s |x - y|.
     """
-    slope, variable = program.limits.max_slope, program.variable
+    slope, unit = program.limits.max_slope, program.variable.unit_diameter
     if slope is None:
+        return walls
+    ramp = slope / unit * program.stations.x
+    forward = np.maximum.accumulate(walls + ramp) - ramp
+    backward = np.maximum.accumulate((walls - ramp)[::-1])[::-1] + ramp
+    return np.maximum(walls, np.maximum(forward, backward))
+
+
+def slope_limited(program: Program, low: Array) -> Array:
+    """Return the least u >= ``low`` that satisfies the slope limit."""
+    if program.limits.max_slope is None:
         return low
-    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * program.stations.x
-    forward = np.maximum.accumulate(thick + ramp) - ramp
-    backward = np.maximum.accumulate((thick - ramp)[::-1])[::-1] + ramp
-    return np.maximum(low, variable.solidity_of(np.maximum(forward, backward) / variable.unit_diameter))
+    variable = program.variable
+    return np.maximum(low, variable.solidity_of(slope_limited_walls(program, variable.wall_of(low))))
 
 
 def slope_limit_error(program: Program, low: Array) -> Array:

@@ -12,6 +12,7 @@ from solvers import pin
 from solvers.errors import EffectConflict
 from solvers.outcome import Status
 from solvers.pin.ring import ovalization
+from solvers.pin.verdict import steepest
 from tests.solvers.pin.pins import VAZ, vaz
 
 FORMS = [pin.Free(), pin.Free(drillable=True), pin.Constant(), pin.Stepped(3), pin.Cone(), pin.Cone(cylinder=True)]
@@ -89,6 +90,29 @@ def test_every_limit_is_judged():
     assert of(verdict, "max_slope").reached == pytest.approx(3.0 / 40.0)
     loose = checked(13.9e-3, **{name: 1e9 for name in limits if name != "min_wall"})
     assert loose.holds and sum(c.asked for c in loose.criteria) == 4
+
+
+def test_rounding_between_close_stations_is_no_slope():
+    """Where stations are 1e-8 of the length apart, the last digit of a bore was 2e-7 of the slope too much."""
+    x, outer = np.array([0.0, 0.02, 0.02 + 3e-10, 0.02 + 6e-10, 0.04]), np.full(5, 0.03)
+    bore = 0.025 - 0.03 * x
+    for steps in (-2, -1, 0, 1, 2):
+        bore[2] = 0.025 - 0.03 * x[2] + steps * np.spacing(0.025)
+        assert steepest(x, bore, outer) == pytest.approx(0.03, rel=1e-12)
+    assert steepest(x, 0.025 - 0.04 * x, outer) == pytest.approx(0.04, rel=1e-12)
+    assert steepest(x, np.full(5, 0.01), 0.025 + 0.05 * x) == pytest.approx(0.05, rel=1e-12)
+
+
+def test_a_bore_that_nearly_closes_keeps_its_slope():
+    """There the measure of material does not keep all digits of the bore; the slope was exceeded by up to 2e-7."""
+    geometry = pin.Geometry(39.662031658477524e-3, 10.228086279599069e-3, 12.136244337510687e-3, 4.1674120940398976e-5)
+    scene = pin.Scene(geometry, 153651.04204457926, pin.PinMaterial(150e6, 210e9, 0.49, 7850.0))
+    limits = pin.Limits(0.06667666e-3, 3.353323748835416e-6, max_slope=0.035775460180487516)
+    problem = pin.PinProblem(scene, limits, pin.Free(), pin.CRITERIA["von_mises"])
+    for accuracy in (1e-8, 1e-9):
+        outcome = pin.design(problem, accuracy=accuracy)
+        assert outcome.value.check.min_bore < 1e-5
+        assert of(pin.judge(outcome.value.check, scene, outcome.accuracy, limits), "max_slope").holds
 
 
 def test_a_step_has_no_slope_that_a_limit_allows():

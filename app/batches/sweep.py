@@ -121,7 +121,7 @@ class Sweep(Strict):
             found.append(entry("/samples", f"{self.combine} takes no samples", "latin_hypercube or sobol"))
         counts = {vary.count for vary in self.vary.values()}
         if self.way is Combine.ZIP and not found and len(counts) > 1:
-            found.append(entry("/vary", "has fields of different numbers of values", "as many of every field"))
+            found.append(entry("/vary", "the fields have different numbers of values", "as many of every field"))
         return found
 
     @property

@@ -23,12 +23,14 @@ from app.batches.service import Asked, BatchService
 from app.batches.sweep import Combine, Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Kind, Mode
+from app.designs.problems import INVALID
 from app.designs.registry import KINDS
+from app.designs.schema import entry
 from app.designs.units import split_unit
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE, BatchStatus
-from app.store.errors import UnknownBatch
+from app.store.errors import UnknownBatch, UnknownRun
 from app.web.forms.faults import Faults, faults_of
 from app.web.languages import COOKIE, UNITS_COOKIE, if_allowed, keep
 from app.web.rendering import page
@@ -192,9 +194,13 @@ async def sweep(request: Request, language: Language | None = None, units: Syste
 async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str, Any]:
     if not run_id:
         return KINDS[kind].example(Mode(mode))
-    run = await request.app.state.service.store.get(run_id)
-    if (run.kind, run.mode) != (kind, mode):
-        raise Problem(422, "The run does not fit", f"the run is a {run.mode} of {run.kind}")
+    try:
+        run = await request.app.state.service.store.get(run_id)
+    except UnknownRun:
+        run = None
+    if run is None or (run.kind, run.mode) != (kind, mode):
+        told, allowed = gettext("is no run of this kind and mode"), gettext("the id of one")
+        raise Problem(422, INVALID, told, [entry("/base", told, allowed)])
     return json.loads(run.spec)
 
 

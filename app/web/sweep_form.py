@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.batches.sweep import SAMPLED
+from app.designs.problems import INVALID
+from app.designs.schema import entry
 from app.errors import Problem
 from app.web.forms.faults import Faults, said
 from app.web.forms.numbers import number
@@ -16,11 +18,17 @@ VARIED_FIELDS = 3
 
 
 def asked_in(form: Mapping[str, str], kind: str, mode: str, base: dict[str, Any]) -> dict[str, Any]:
-    """The sweep over ``base``; text that is no number is kept for the request to refuse."""
+    """The sweep over ``base``; text that is no number is kept for the request to refuse.
+
+    Raises Problem if a field is entered twice.
+    """
     way = form.get("combine", "grid")
     vary: dict[str, Any] = {}
     for k in range(VARIED_FIELDS):
         field = form.get(f"field{k}", "").strip()
+        if field in vary:
+            told = _("is entered twice")
+            raise Problem(422, INVALID, told, [entry(f"/vary/{field}", told, _("every field once"))])
         if field:
             ends = {"from": _number(form.get(f"from{k}", "")), "to": _number(form.get(f"to{k}", ""))}
             steps = {} if way in SAMPLED else {"steps": _number(form.get(f"steps{k}", ""), whole=True)}
@@ -42,13 +50,15 @@ def placed_in(form: Mapping[str, str], problem: Problem) -> Faults:
     at: dict[str, str] = {}
     labels: dict[str, str] = {}
     elsewhere: list[str] = []
-    for entry in problem.body.get("errors", ()):
-        name, label = _input(form, entry["pointer"])
+    for each in problem.body.get("errors", ()):
+        # Fields are entered by their own names.
+        words = said(each, {}, keep_names=True)
+        name, label = _input(form, each["pointer"])
         if name:
-            at.setdefault(name, said(entry, {}))
+            at.setdefault(name, words)
             labels[name] = label
         else:
-            elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry, {})}".strip())
+            elsewhere.append(f"{each['pointer'].strip('/')} {words}".strip())
     return Faults(at, labels, tuple(elsewhere))
 
 
@@ -57,12 +67,14 @@ def _input(form: Mapping[str, str], pointer: str) -> tuple[str, str]:
     part, *inner = pointer.strip("/").split("/")
     if part == "samples":
         return "samples", _("Number of samples, instead of steps")
+    if part == "base":
+        return "run", _("Run to vary, by its id; empty: the example")
     if part != "vary":
         return "", ""
-    varied, *ends = [*inner, ""]
+    varied, *ends = inner or [form.get("field0", "").strip()]
     k = next((k for k in range(VARIED_FIELDS) if form.get(f"field{k}", "").strip() == varied), 0)
     field = f"{_('Field')} {k + 1}"
     words = {"from": _("From"), "to": _("To"), "steps": _("Steps"), "scale": _("logarithmic")}
-    end = ends[0] if ends[0] in words else ""
+    end = ends[0] if ends and ends[0] in words else ""
     name = {"": "field", "scale": "log"}.get(end, end)
     return f"{name}{k}", f"{field}, {words[end]}" if end else field

@@ -101,7 +101,8 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     rows = re.findall(r"</td><td>(\w+)</td><td><a href=\"(/runs/[^\"]+)\">(\d+)</a></td>", text)
     assert [(row[0], row[2]) for row in rows] == [("infeasible", "1"), ("refused", "2")]
     assert [client.get(row[1]).status_code for row in rows] == [200, 200]
-    assert "<li><code>load.force_n</code>" in client.get(rows[1][1]).text
+    refused = client.get(rows[1][1]).text
+    assert "<li><code>load.force_n</code>" in refused and "Accuracy and time" not in refused
     assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
     assert re.search(r"required 1000000 N, attainable beside the others \d+ N\.", text)
     results = f"/api/v1{place}/results"
@@ -194,6 +195,10 @@ def test_an_invalid_form_reports_the_reason(client: TestClient, change: dict[str
         ({"steps0": "many"}, "steps0", "Field 1, Steps"),
         ({"from1": "1", "field1": "no_such_mm", "to1": "2", "steps1": "2"}, "field1", "Field 2"),
         ({"combine": "sobol", "samples": "few"}, "samples", "Number of samples, instead of steps"),
+        ({"combine": "zip"}, "field0", "Field 1"),
+        ({"field0": " ", "field1": ""}, "field0", "Field 1"),
+        ({"field1": "load.force_n"}, "field0", "Field 1"),
+        ({"run": "nothing"}, "run", "Run to vary, by its id; empty: the example"),
     ],
 )
 def test_a_wrong_entry_of_a_sweep_is_shown_at_its_field(
@@ -204,6 +209,14 @@ def test_a_wrong_entry_of_a_sweep_is_shown_at_its_field(
     (shown,) = re.findall(rf'<input id="{field}"[^>]*>', page)
     assert 'aria-invalid="true"' in shown and f'aria-describedby="{field}-error"' in shown
     assert page.count("aria-invalid") == 1 and 'autofocus id="the-faults"' in page
+
+
+def test_a_sweep_is_told_what_would_be_accepted(client: TestClient) -> None:
+    page = client.post("/batches/sweep", data={**SWEEP, "field0": "nothing"}).text
+    assert "such as geometry.outer_diameter_mm" in page
+    design = client.post("/api/v1/designs/pin-profile", json=KINDS["pin-profile"].example(Mode.DESIGN)).json()
+    page = client.post("/batches/sweep", data={**SWEEP, "run": design["id"]}).text
+    assert "is no run of this kind and mode" in page and f'value="{design["id"]}"' in page
 
 
 def test_a_page_of_an_unknown_batch_says_so_in_the_language_of_the_page(client: TestClient) -> None:

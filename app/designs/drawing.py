@@ -5,7 +5,6 @@ x points right, y up. A kind's ``drawing.py`` defines content and geometry; the 
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -197,14 +196,14 @@ def given(request: Mapping[str, Any], path: str) -> Any:
 
 
 def length(request: Mapping[str, Any], path: str) -> float | None:
-    """The number at a path if it is finite and not negative."""
+    """The number at a path if it can be drawn and is not negative."""
     value = signed(request, path)
     return value if value is not None and value >= 0.0 else None
 
 
 def signed(request: Mapping[str, Any], path: str) -> float | None:
-    """The number at a path if it is finite."""
+    """The number at a path if it is 0 or of a size that can be drawn."""
     value = given(request, path)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
         return None
-    return float(value) if abs(value) <= 1e7 else None
+    return float(value) if value == 0 or 1e-7 <= abs(value) <= 1e7 else None

@@ -104,6 +104,15 @@ def test_rod_check_with_a_table_from_a_spreadsheet(page, address):
     assert box(page, "pressure, MPa, row 4").input_value() == "0,7"
 
 
+def test_a_pasted_row_without_figures_is_refused_rather_than_left_out(page, address):
+    page.goto(f"{address}/designs/flexible-rod?mode=check")
+    page.get_by_label("table over the crank angle").check()
+    box(page, "crank angle, °, row 1").focus()
+    page.evaluate(PASTE, "angle\tp\n0\t1\n60\t2\n#N/A\t2\n\n180\t1\n240\t1\n300\t1\n")
+    expect(page.locator('[id="load.table.points-error"]')).to_contain_text("row 3, crank angle: is not a number")
+    assert box(page, "crank angle, °, row 4").input_value() == "180"
+
+
 def test_a_table_from_csv_and_an_emptied_cell(page, address):
     page.goto(f"{address}/designs/flexible-rod?mode=check")
     page.get_by_label("table over the crank angle").check()

@@ -128,6 +128,8 @@ def test_a_form_with_faults(desk, address):
     desk.get_by_role("button", name="Check", exact=True).click()
     desk.wait_for_selector("#the-faults")
     judge(desk, 422)
+    desk.fill('[name="geometry.outer_diameter_mm"]', "22")
+    desk.wait_for_selector("#the-faults", state="detached")
 
 
 def test_two_runs_side_by_side_and_what_cannot_be(desk, address):

@@ -331,7 +331,7 @@ class DesignRequest(RodRequest, DesignSettings):
         for name in ("b_mm", "h_mm", "l_mm"):
             low, high = getattr(self.bounds, name)
             if low > high:
-                found.append(entry(f"/bounds/{name}", "the least exceeds the greatest", "[least, greatest]"))
+                found.append(entry(f"/bounds/{name}", "the least exceeds the greatest", "at most the greatest"))
         if self.bounds.l_mm[0] > self.mechanism.rod_length_mm:
             found.append(entry("/bounds/l_mm", "starts beyond the rod's own length", "at most mechanism.rod_length_mm"))
         return found

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from app.web.forms.numbers import number, shown
+from app.words.languages import gettext as _
 
 Texts = Mapping[str, str]
 NO_VALUE = object()
@@ -134,6 +135,9 @@ class Number(Node):
 
     def show(self, value: Any, texts: dict[str, str]) -> None:
         texts[self.name] = shown(value, self.unit)
+
+    def fault(self, pointer: str, words: str, texts: Texts) -> str:
+        return _("is missing") if self.toggled and not texts.get(self.name, "").strip() else words
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -36,9 +36,14 @@
   // What does not fit stays with the last cell, where the service refuses it.
   const fitted = (cells, columns) => cells.length > columns
     ? [...cells.slice(0, columns - 1), cells.slice(columns - 1).filter((cell) => cell !== "").join("; ")] : cells;
-  // The rows of pasted or dropped text, without headings on top of the figures.
-  const rowsOf = (text, columns) => text.replace(/\r/g, "").split("\n").map((line) => cellsOf(line, columns))
-    .filter((row) => /^[-+\u2212.,]?\d/.test(row.find((cell) => cell !== "") ?? ""));
+  // The rows of pasted or dropped text, without headings on top of the figures; what is no figure below them is kept and
+  // refused.
+  function rowsOf(text, columns) {
+    const lines = text.replace(/\r/g, "").split("\n").filter((line) => line.trim() !== "");
+    const rows = lines.map((line) => cellsOf(line, columns));
+    const first = rows.findIndex((row) => /^[-+\u2212\u2013.,]?\d/.test(row.find((cell) => cell !== "") ?? ""));
+    return first < 0 ? [] : rows.slice(first);
+  }
   const tables = [];
 
   function make(tag, attributes = {}, text = "") {
@@ -220,6 +225,8 @@
       if (field) { if (words) field.setAttribute("aria-invalid", "true"); else field.removeAttribute("aria-invalid"); }
     }
     const count = Object.keys(faults).length + others.length;
+    // What was refused when the form was sent is mended.
+    if (!count) document.getElementById("the-faults")?.remove();
     if (count) live.innerHTML = "";
     if (count) live.append(make("p", { class: "summary fails" }, `${say("refused", { count })} ${others.join("; ")}`));
     else if (!form.dataset.answer) live.replaceChildren();

@@ -13,6 +13,7 @@ from starlette.datastructures import Headers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.web.forms.numbers import UNITS
+from app.web.forms.tree import form_of
 from app.web.languages import preferred
 from app.web.rendering import templates
 from app.words.languages import DOMAIN, LOCALE
@@ -146,6 +147,22 @@ def test_errors_are_in_the_language_of_the_form(client):
     assert "не число; числа – это 1.5, 1,5 и 1 500" in page.text
     assert "не заполнено" in page.text
     assert "вне допустимого: не менее 0" in page.text
+
+
+@pytest.mark.parametrize(
+    ("slug", "mode", "change", "said"),
+    [
+        ("flexible-rod", "design", {"bounds.h_mm.0": "7"}, "больше наибольшего (допускается: не более наибольшего)"),
+        ("pin-profile", "check", {"bore_mm": ""}, "отверстие или профиль (допускается: одно из двух)"),
+        ("impact-linkage", "check", {"ratios.lambda0": ""}, "отношения или длины (допускается: одно из двух)"),
+        ("crank-dynamics", "analysis", {"pressure.indicator.strokes": "1\t2\tx"}, "ход 1, его точка 1, давление"),
+    ],
+)
+def test_what_is_allowed_is_said_in_the_words_of_the_form(client, slug, mode, change, said):
+    texts: dict[str, str] = {}
+    form_of(KINDS[slug], Mode(mode)).take(KINDS[slug].example(Mode(mode)), texts)
+    answer = client.post(f"/designs/{slug}/drawing?mode={mode}", data=texts | change, headers={"accept-language": "ru"})
+    assert any(said in words for words in answer.json()["faults"].values()), answer.json()["faults"]
 
 
 @pytest.mark.parametrize(

@@ -225,6 +225,7 @@ def test_only_the_selected_member_is_submitted():
 def test_an_enabled_empty_field_is_an_error():
     texts = texts_of("pin-profile", Mode.DESIGN) | {"limits.max_deflection_um.on": "on"}
     assert form_of(KINDS["pin-profile"], Mode.DESIGN).value(texts)["limits"]["max_deflection_um"] == ""
+    assert refused("pin-profile", Mode.DESIGN, texts) == {"limits.max_deflection_um": "is missing"}
 
 
 def test_a_pin_checked_by_points_and_a_bushing():

@@ -113,6 +113,15 @@ def test_a_pasted_row_without_figures_is_refused_rather_than_left_out(page, addr
     assert box(page, "crank angle, °, row 4").input_value() == "180"
 
 
+def test_a_form_is_judged_once_the_service_answers_again(browser, address):
+    page = browser.new_page()
+    page.route("**/drawing**", lambda route: route.abort(), times=1)
+    page.goto(f"{address}/designs/flexible-rod?mode=check")
+    expect(page.locator("#the-answer")).to_contain_text("The service does not answer.")
+    expect(page.locator("#the-answer")).to_contain_text("It holds.")
+    page.close()
+
+
 def test_a_table_from_csv_and_an_emptied_cell(page, address):
     page.goto(f"{address}/designs/flexible-rod?mode=check")
     page.get_by_label("table over the crank angle").check()

@@ -205,7 +205,7 @@
   });
 
   // -- drawn and judged while one types: one request at a time, the last state wins --------------------------------
-  const WAIT = 200;
+  const WAIT = 200, RETRY = 3000;
   let timer = 0, busy = false, again = false;
 
   function changed() {
@@ -233,6 +233,13 @@
     return count;
   }
 
+  // The service may be busy or starting anew: it is asked again, at once if one types.
+  function later(why) {
+    if (live.textContent !== why) live.replaceChildren(make("p", { class: "summary" }, why));
+    clearTimeout(timer);
+    timer = setTimeout(ask, RETRY);
+  }
+
   async function ask() {
     if (busy) { again = true; return; }
     busy = true;
@@ -248,9 +255,10 @@
         const answer = await send(form.dataset.answer);
         if (answer.ok) live.innerHTML = await answer.text();
         else if (answer.status === 422) { const told = await answer.json(); showFaults(told.faults, told.others); }
-        else live.replaceChildren(make("p", { class: "summary" }, answer.status === 503 ? say("busy", await answer.json()) : say("no_answer")));
+        else if (answer.status === 503) later(say("busy", await answer.json()));
+        else live.replaceChildren(make("p", { class: "summary" }, say("no_answer")));
       }
-    } catch { live.replaceChildren(make("p", { class: "summary" }, say("silent"))); }
+    } catch { later(say("silent")); }
     finally { busy = false; live.removeAttribute("aria-busy"); }
     if (again) { again = false; ask(); }
   }

@@ -13,3 +13,8 @@ TURN = 2.0 * math.pi
 def grid(samples: int, offset: float = 0.0) -> NDArray[np.float64]:
     """Equally spaced angles [rad] of one revolution, shape (samples,), shifted by ``offset`` steps."""
     return (np.arange(samples) + offset) * (TURN / samples)
+
+
+def distances(angles: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances [rad] between angles modulo one revolution, (angles, others)."""
+    return np.abs(np.mod(angles[:, None] - others + 0.5 * TURN, TURN) - 0.5 * TURN)

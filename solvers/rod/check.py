@@ -7,13 +7,13 @@ import time
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
@@ -32,8 +32,6 @@ from solvers.rod.linear_check import (
 from solvers.rod.piston.skirt import contact_load, pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import unknown_vibration
-
-Array = NDArray[np.float64]
 
 _SAFETY_FACTOR, _MIN_REDUCTION = 0.5, 0.7
 """Tolerances of a repeated sampling, relative to the previous one: ``_SAFETY_FACTOR`` reduces the target of the errors;

@@ -9,9 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Cycle
@@ -30,8 +30,6 @@ from solvers.rod.vibration.natural_frequencies import (
     all_polynomials,
     frequency_under,
 )
-
-Array = NDArray[np.float64]
 
 
 class Results(NamedTuple):

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.errors import require, require_not_negative, require_positive
 from solvers.materials import Material
+from solvers.numerics.arrays import Array
+from solvers.numerics.periodic import TURN
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Mechanism:
 
     @property
     def angular_speed(self) -> float:
-        return 2 * math.pi * self.speed
+        return TURN * self.speed
 
 
 @dataclass(frozen=True)
@@ -72,31 +74,31 @@ class PressureCurve(NamedTuple):
     level: float
     sharpness: float
     phase: float
-    breaks: NDArray[np.float64]
-    pieces: NDArray[np.float64]
+    breaks: Array
+    pieces: Array
 
 
 class Load(Protocol):
     """A pressure cycle of one revolution, in Pa over the crank angle from top dead centre."""
 
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, angle: ArrayLike) -> Array:
         """p(phi) [Pa], 2 pi periodic, same shape as the angles [rad]."""
 
     def reference_pressure(self) -> float:
         """The back pressure [Pa]: as given, else the mean of the cycle."""
 
-    def sharp_angles(self) -> NDArray[np.float64]:
+    def sharp_angles(self) -> Array:
         """Angles [rad] between which the pressure is smooth; uniform sampling might miss a peak or jump there."""
         return np.empty(0)
 
     def curve(self) -> PressureCurve:
         """Kernel representation of the pressure."""
 
-    def corners(self) -> NDArray[np.float64]:
+    def corners(self) -> Array:
         """Angles [rad] at which a derivative of the pressure jumps, or the pressure itself."""
         return np.empty(0)
 
-    def jumps(self) -> NDArray[np.float64]:
+    def jumps(self) -> Array:
         """The subset of ``corners`` at which the pressure itself jumps; ``curve`` replaces a jump by a smooth step of
         half-width ``JUMP``."""
         return np.empty(0)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
 from solvers.rod.cycle.state import ANGLE, CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import slope_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

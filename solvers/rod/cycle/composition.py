@@ -13,8 +13,9 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from solvers.numerics.arrays import Array
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
@@ -22,8 +23,6 @@ from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
-
-Array = NDArray[np.float64]
 
 
 class Refinement(Protocol):

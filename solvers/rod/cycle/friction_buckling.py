@@ -12,13 +12,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import GOLDEN, GOLDEN_STEPS, Strip, greatest_share
 from solvers.rod.load.axial_force import Drive, axial_force
-
-Array = NDArray[np.float64]
 
 SHARE_ERROR = 1e-13
 """Relative error of the share."""

@@ -15,18 +15,16 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
+from solvers.numerics.periodic import TURN
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
-from solvers.rod.cycle.sampling import TURN
 from solvers.rod.piston.friction import power_per_wall, travel
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
-
-Array = NDArray[np.float64]
 
 SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_RESULTS = range(4)
 """Maximum |T| [N], |M0| [N m] and |T| + 6 |M0 + T e|/Lp [N] over the revolution, and their number."""

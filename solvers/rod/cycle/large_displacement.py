@@ -25,9 +25,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for, scratch, third_order
 from solvers.rod.strip.shape import bend_at

@@ -10,20 +10,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
 from solvers.numerics.panels import Panels, Rule, inside, panel_errors, resolve, rule_of, split, values_at
+from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import radau
 from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
-from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, resolved_rows, rule_for
+from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, first_edges, resolved_rows, rule_for
 from solvers.rod.cycle.section import Field, RingingShape, strip_results
 from solvers.rod.cycle.state import FORCE, ROWS, fill_states
-
-Array = NDArray[np.float64]
 
 _MAX_SLOPE_JUMPS, _OMITTED_FRACTION = 80.0, 1.0
 """Upper bound of the total slope jumps, per revolution, of a reaction's weight in the mean; fraction of the tolerance

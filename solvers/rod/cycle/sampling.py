@@ -10,23 +10,20 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, largest, panel_error, rule_of
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Load
 
-Array = NDArray[np.float64]
-
-TURN = 2.0 * math.pi
 MAX_PANELS = 6000
 ROUNDING = 1e-14
 """Relative rounding error of what is sampled."""
 RESOLVED_ROWS = 5
 """Number of rows that panels must resolve (``resolved_rows``)."""
-_GRID = TURN / 128 * np.arange(129)
 _MAX_WIDTH = TURN / 4
 _MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
 """Minimum separation of breaks [rad], below which they are merged; minimum panel width, below which rounding
@@ -54,7 +51,7 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     enough in between that no panel exceeds a quarter of a revolution."""
     breaks = _modulo_revolution(drive.breaks if drive.breaks.size > 0 else sharp)
     if strip.friction != 0.0:
-        corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
+        corners = friction_corners(drive, strip, breaks)
         breaks = np.concatenate((breaks, _modulo_revolution(corners)))
     return panel_edges(breaks)
 

@@ -17,9 +17,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import GREATEST, utilisation_of, with_mean
+from solvers.numerics.arrays import Array
 from solvers.numerics.brackets import MAX_ITERATIONS, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
@@ -27,8 +27,6 @@ from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.bent_strip import linear_shape, tangential_force
 from solvers.rod.cycle.state import FORCE, SIDE
-
-Array = NDArray[np.float64]
 
 UPPER, LOWER, DEFLECTION = range(3)
 """Layers: stress of the fibre at +h/2, of the fibre at -h/2, deflection."""

@@ -18,15 +18,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.shear import critical_coupling_with_shear
-
-Array = NDArray[np.float64]
 
 ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
 """Rows of a table of states, one column per angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2],
@@ -42,6 +41,8 @@ GOLDEN, GOLDEN_STEPS = 0.5 * (math.sqrt(5.0) - 1.0), 65
 """The golden ratio, and the number of sections by it that reduce a bracket to 3e-14."""
 _BUCKLED = -2.0
 """Axial force that denotes a strip buckled by friction, relative to its critical one: far beyond it."""
+_CORNER_GRID = TURN / 128 * np.arange(129)
+"""Angles [rad] between which switches of the contact are sought."""
 _MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.8
 """Conditions for starting from the solution at the previous angle: minimum slope, and maximum compression relative to
 the critical one."""
@@ -237,12 +238,12 @@ def _wall_contact_margin(drive: Drive, strip: Strip, angle: float) -> float:
 
 
 @kernel
-def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """Angles [rad] between those given, in increasing order, at which contact switches between one and both walls.
+def friction_corners(drive: Drive, strip: Strip, further: Array) -> Array:
+    """Angles [rad] at which contact switches between one and both walls, between those of a grid and ``further`` ones.
 
     Only there does the second derivative of the friction force jump: at sign changes of T or M it is smooth.
     """
-    corners = [0.0 for _ in range(0)]
+    corners, angle = [0.0 for _ in range(0)], np.sort(np.concatenate((_CORNER_GRID, further)))
     last_value = _wall_contact_margin(drive, strip, angle[0])
     for i in range(1, angle.size):
         value_here = _wall_contact_margin(drive, strip, angle[i])

@@ -15,8 +15,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
@@ -34,8 +34,6 @@ from solvers.rod.influences.main_results import (
 from solvers.rod.influences.sampling import Sampling
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.strip.elastica_kernels import Collocation
-
-Array = NDArray[np.float64]
 
 _ALL_MODES_FACTOR, _SIDE_FORCE_FACTOR = 1.5, 3.0
 """Ringing of all modes relative to the first one: in general, and in the side force after jumps of the load, which

@@ -14,15 +14,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
+from solvers.numerics.periodic import TURN
 
 _PHASE_ERROR, _PHASE_SHARE, _UNKNOWN_PHASE_SINE = 0.03, 3e-4, 0.2
 """Uncertainty of the first mode's phase after a revolution: absolute [rad] and relative; if the phase is unknown, the
 assumed minimum of |sin| of half of it, which holds in seven of eight cases."""
 
-_TURN = 2.0 * math.pi
 _MIN_SINE = 1e-3
 _MAX_STEP_RATIO = 4.0
 """Ratio of neighbouring steps up to which the parabola through three values is trusted for their slope."""
@@ -52,7 +51,7 @@ def first_mode_response(
     n = angle.size
     width, start, end, slope_jump = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
     for i in range(n):
-        width[i] = (angle[i + 1] if i < n - 1 else angle[0] + _TURN) - angle[i]
+        width[i] = (angle[i + 1] if i < n - 1 else angle[0] + TURN) - angle[i]
     if smooth:
         for i in range(n):
             a, b = projection[i - 2 if i > 1 else n + i - 2], projection[i - 1 if i > 0 else n - 1]
@@ -141,7 +140,7 @@ def _fill_second_derivatives(
             continue
         for k in range(4):
             j = first + k
-            x[k] = angle[j % n] + _TURN * (j // n) - angle[i]
+            x[k] = angle[j % n] + TURN * (j // n) - angle[i]
             value[k] = projection[j % n]
         # Divided differences.
         for order in range(1, 4):

@@ -25,16 +25,15 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.influences.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under
-
-Array = NDArray[np.float64]
 
 NODES = 12
 """Number of Legendre polynomials along the strip; they resolve boundary layers of 1/20 of its length, enough for an
@@ -43,8 +42,6 @@ estimate."""
 MAX_PHASE_FOR_SIGN, MAX_PHASE_FOR_EXCITATION = 0.5, 2.0
 """Increments of the first mode's phase [rad] per uniform step above which the steps may miss its maximum, so that only
 its amplitude is known, and above which they do not resolve its excitation."""
-
-_TURN = 2.0 * math.pi
 
 
 class InertiaParameters(NamedTuple):
@@ -104,7 +101,7 @@ def first_order_motion(
     loss, l, per_force = parameters.loss, strip.length, strip.length * strip.length / strip.stiffness
     head, inertia = (strip.rod_length - l) / l, parameters.line_mass * l * l * per_force
     coupling = states[COUPLING] * l * l
-    smooth, step = order.size == uniform, _TURN / uniform
+    smooth, step = order.size == uniform, TURN / uniform
     frequency = first_frequencies(coupling, head, inertia, parameters.modes)
     deflection = _quasi_static(states, strip.compliance, l, head, tables)
     iterate, shape, largest = _first_iterate(deflection, coupling, head, inertia, uniform, every, tables)
@@ -169,7 +166,7 @@ def _fill_maximum_amplitudes(ringing: Array, angle: Array, amplitude: Array, uni
     """Fill in, at ``uniform`` uniform angles, the maximum of the amplitudes at increasing angles [rad] within a step of
     each."""
     for i in range(amplitude.size):
-        position = angle[i] / _TURN * uniform
+        position = angle[i] / TURN * uniform
         for k in (math.floor(position), math.ceil(position)):
             ringing[k % uniform] = max(ringing[k % uniform], amplitude[i])
 
@@ -182,7 +179,7 @@ def first_frequencies(coupling: Array, head: float, inertia: float, modes: Polyn
     middle, half = 0.5 * (coupling.min() + coupling.max()), 0.5 * (coupling.max() - coupling.min())
     for m in range(3):
         q = middle + (m - 1.0) * half
-        squares[m] = (_TURN * frequency_under(modes, 1.0, inertia, 1.0, 1.0 + head, q, FEW_POLYNOMIALS)) ** 2
+        squares[m] = (TURN * frequency_under(modes, 1.0, inertia, 1.0, 1.0 + head, q, FEW_POLYNOMIALS)) ** 2
     second, first = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
     for i in range(coupling.size):
         x = (coupling[i] - middle) / half if half > 0.0 else 0.0
@@ -227,7 +224,7 @@ def _first_iterate(
     workspace, load, none = scratch(n), np.zeros(n), np.zeros(n)
     out, shape = np.empty((n + 4, count // every)), np.zeros(n + 2)
     curvature, response, acceleration = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
-    scale, largest, column = inertia * (count / _TURN) ** 2, -1.0, 0
+    scale, largest, column = inertia * (count / TURN) ** 2, -1.0, 0
     for j in range(count // every):
         i = j * every
         previous, following = deflection[i - 1 if i > 0 else count - 1], deflection[i + 1 if i < count - 1 else 0]
@@ -272,7 +269,7 @@ def _corner_ringing(
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
-    total, phase, step = 0.0, 0.0, _TURN / count
+    total, phase, step = 0.0, 0.0, TURN / count
     friction, lever, offset = strip.friction, strip.lever, strip.offset
     for i in range(count):
         j = (i + 1) % count

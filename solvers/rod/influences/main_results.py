@@ -11,9 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
 from solvers.rod.cycle.bent_strip import tangential_force
 from solvers.rod.cycle.friction_buckling import carried_share
@@ -35,8 +35,6 @@ from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls, contact_load
 from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import slope_of
-
-Array = NDArray[np.float64]
 
 STATIONS = 9
 

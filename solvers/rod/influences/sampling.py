@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.periodic import TURN, grid
 from solvers.rod.load.axial_force import Drive, axial_forces
 from solvers.rod.load.gas import sharpest
 from solvers.rod.scene import Load
-
-Array = NDArray[np.float64]
 
 _MAX_PIECES_SAMPLED_INSIDE, _MAX_PIECES_WITH_ENDS = 32, 256
 """Number of pieces of a load up to which each is also sampled inside, and up to which all ends of pieces are
@@ -35,7 +34,7 @@ class Sampling(NamedTuple):
 
     angle: Array
     uniform: int
-    order: NDArray[np.intp]
+    order: Index
     weight: Array
     ends: NDArray[np.bool_]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue import serensen
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Composition, strip_of
@@ -32,8 +32,6 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import critical_coupling
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 from solvers.rod.vibration.natural_frequencies import all_polynomials
-
-Array = NDArray[np.float64]
 
 _UNIFORM, _MAX_UNIFORM, _MAX_UNIFORM_IF_SHARP = 128, 1024, 4096
 """Initial and maximum numbers of uniform angles; the number is doubled until the reactions are resolved."""

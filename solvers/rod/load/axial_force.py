@@ -12,13 +12,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.rod.scene import Scene
-
-Array = NDArray[np.float64]
-_TURN = 2.0 * math.pi
 
 
 class Drive(NamedTuple):
@@ -58,7 +56,7 @@ def pressure(d: Drive, angle: float) -> float:
         half = math.sin(0.5 * (angle - d.phase))
         return d.level * (1.0 + d.sharpness) / ((1.0 - d.sharpness) + 2.0 * d.sharpness * half * half)
     place = angle - d.breaks[0]
-    place = d.breaks[0] + (place - _TURN * math.floor(place / _TURN))
+    place = d.breaks[0] + (place - TURN * math.floor(place / TURN))
     low, high = 0, d.breaks.size - 1
     while high - low > 1:
         middle = (low + high) // 2

@@ -8,15 +8,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
+from solvers.numerics.periodic import TURN
 from solvers.rod.scene import Load, PressureCurve
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
-TURN = 2.0 * math.pi
 _WIDE_PEAK = 0.1
 _MAX_SHARP = 4096
 _APART = 1e-9
@@ -36,7 +37,7 @@ def require_back_pressure(value: float | None) -> None:
     _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
 
 
-def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int = _MAX_SHARP) -> NDArray[np.float64]:
+def sharpest(angle: Array, values: Array, most: int = _MAX_SHARP) -> Array:
     """Angles of points in increasing order; if more than ``most``, the extreme points in each of equal intervals."""
     if angle.size <= most:
         return angle
@@ -65,7 +66,7 @@ class SchmidtLoad(Load):
         _require(math.isfinite(self.theta), "theta", "must be finite", "(-inf, inf)")
         require_back_pressure(self.back_pressure)
 
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, angle: ArrayLike) -> Array:
         half = np.sin(0.5 * (np.asarray(angle, dtype=float) - self.theta))
         return self.p_min * (1.0 + self.delta) / ((1.0 - self.delta) + 2.0 * self.delta * half**2)
 
@@ -74,7 +75,7 @@ class SchmidtLoad(Load):
             return self.back_pressure
         return self.p_min * math.sqrt((1.0 + self.delta) / (1.0 - self.delta))
 
-    def sharp_angles(self) -> NDArray[np.float64]:
+    def sharp_angles(self) -> Array:
         """Angles around the peak, in steps growing from 1/4 of its half-width in proportion to the distance."""
         width = math.sqrt((1.0 - self.delta) / (1.0 + self.delta))
         if width > _WIDE_PEAK:
@@ -97,7 +98,7 @@ class ConstantLoad(Load):
         _require(math.isfinite(self.constant_pressure), "constant_pressure", "must be finite", "(-inf, inf)")
         require_back_pressure(self.back_pressure)
 
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, angle: ArrayLike) -> Array:
         return np.full(np.shape(angle), self.constant_pressure)
 
     def reference_pressure(self) -> float:
@@ -142,7 +143,7 @@ class TableLoad(Load):
         turns = np.repeat([-TURN, 0.0, TURN], angle.size)
         return PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))
 
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, angle: ArrayLike) -> Array:
         start = self.angle[0]
         return self._curve(start + np.mod(np.asarray(angle, dtype=float) - start, TURN))
 
@@ -153,14 +154,14 @@ class TableLoad(Load):
     def _mean(self) -> float:
         return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
 
-    def sharp_angles(self) -> NDArray[np.float64]:
+    def sharp_angles(self) -> Array:
         """The points of the table; of a very long one the extreme points in each of equal intervals."""
         return sharpest(np.asarray(self.angle), np.asarray(self.values))
 
     def curve(self) -> PressureCurve:
         return self._middle
 
-    def corners(self) -> NDArray[np.float64]:
+    def corners(self) -> Array:
         return self._middle.breaks[:-1]
 
     @cached_property

@@ -8,15 +8,17 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.crank.gas.data_faults import Repair
 from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure, repaired_indicator
 from solvers.crank.gas.unrolled_pressure import Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.numerics.panels import split
-from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
+from solvers.numerics.periodic import TURN, distances
+from solvers.rod.load.gas import require_back_pressure, sharpest
 from solvers.rod.scene import JUMP, Mechanism, Piston, PressureCurve
 
 _WIDEST, _CLOSE, _MOST_HALVINGS = TURN / 64, 3e-12, 12
@@ -81,7 +83,7 @@ class IndicatorLoad:
         pieces /= np.diff(ends) ** np.arange(3, -1, -1)[:, None]
         return PressureCurve(0.0, 0.0, 0.0, ends, np.ascontiguousarray(pieces))
 
-    def _cubics(self, ends: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    def _cubics(self, ends: Array) -> tuple[Array, ...]:
         """Interpolating cubics of all pieces.
 
         Coefficients in the fraction of the piece, highest power first, (4, pieces); the pressures at their four points,
@@ -98,15 +100,15 @@ class IndicatorLoad:
     def curve(self) -> PressureCurve:
         return self._curve
 
-    def corners(self) -> NDArray[np.float64]:
+    def corners(self) -> Array:
         points, centres = np.mod(self.unrolled.breaks, TURN), self.jumps()
-        apart = np.abs(np.mod(points[:, None] - centres + 0.5 * TURN, TURN) - 0.5 * TURN)
-        return np.unique(np.concatenate([points[np.min(apart, axis=1, initial=TURN) > 2.0 * JUMP], centres]))
+        apart = distances(points, centres).min(axis=1, initial=TURN) > 2.0 * JUMP
+        return np.unique(np.concatenate([points[apart], centres]))
 
-    def jumps(self) -> NDArray[np.float64]:
+    def jumps(self) -> Array:
         return np.array([centre for centre, _ in self.unrolled.jumps])
 
-    def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
+    def pressure(self, angle: ArrayLike) -> Array:
         ends, pieces = self._curve.breaks, self._curve.pieces
         phi = ends[0] + np.mod(np.asarray(angle, dtype=float) - ends[0], TURN)
         piece = np.clip(np.searchsorted(ends, phi, side="right") - 1, 0, ends.size - 2)
@@ -121,7 +123,7 @@ class IndicatorLoad:
     def reference_pressure(self) -> float:
         return self._mean if self.back_pressure is None else self.back_pressure
 
-    def sharp_angles(self) -> NDArray[np.float64]:
+    def sharp_angles(self) -> Array:
         """The diagram's points (of a very long one only the extreme points) and the ends of the steps at the dead
         centres."""
         centres = np.array([centre for centre, _ in self.unrolled.jumps])

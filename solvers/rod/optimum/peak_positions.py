@@ -6,11 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 SAMPLING_TOLERANCE = 0.02
 """Relative distance below the maximum within which a sample counts as equal to it."""

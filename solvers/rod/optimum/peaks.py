@@ -11,12 +11,11 @@ from collections.abc import Callable
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
+from solvers.numerics.arrays import Array, Index
 from solvers.rod.optimum.peak_positions import (
-    Index,
     Mask,
     near_extremes,
     near_peaks,
@@ -27,8 +26,6 @@ from solvers.rod.optimum.peak_positions import (
     severities_along,
 )
 from solvers.rod.scene import JUMP
-
-Array = NDArray[np.float64]
 
 ANGLE_STEP = 0.01
 SECTION_STEP = 0.006
@@ -118,7 +115,7 @@ class Peaks(NamedTuple):
 def _split_at_jumps(angles: Array, jumps: Array, spacing: float) -> Array:
     if not (angles.size and jumps.size):
         return angles
-    distance = np.abs(np.mod(angles[:, None] - jumps + np.pi, 2.0 * np.pi) - np.pi)
+    distance = periodic.distances(angles, jumps)
     crossed = np.any(distance < spacing, axis=0)
     sides = jumps[crossed, None] + (spacing + JUMP) * np.array([-1.0, 1.0])
     return np.unique(np.concatenate([angles[np.all(distance >= spacing, axis=1)], sides.ravel()]))
@@ -193,8 +190,7 @@ def distance_to_corners(angles: Array, corners: Array) -> Array:
     """Distance of angles from the nearest corner [rad], modulo a revolution; inf without corners."""
     if not corners.size:
         return np.full(angles.size, np.inf)
-    difference = np.mod(angles[:, None] - corners + np.pi, 2.0 * np.pi) - np.pi
-    return np.min(np.abs(difference), axis=1)
+    return periodic.distances(angles, corners).min(axis=1)
 
 
 def _grid_search(rows: Callable[[Array], Array], row: Index, peaks: Array, step: float) -> Array:

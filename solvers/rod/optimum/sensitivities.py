@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.outcome import ActiveConstraint
 from solvers.rod import rows
 from solvers.rod.constraints import CONSTRAINTS, Limits
@@ -21,8 +21,6 @@ from solvers.rod.objectives import Objective
 from solvers.rod.problem import Bounds
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
-
-Array = NDArray[np.float64]
 
 ACTIVE = 1e-6
 _NEGLIGIBLE = 1e-6

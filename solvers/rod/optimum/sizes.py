@@ -6,12 +6,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Index
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.objectives import Objective
 from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.rows import Layout
-
-Array = NDArray[np.float64]
 
 TOLERANCE, ITERATIONS = 1e-10, 60
 """Derivatives by finite differences resolve no smaller change; line searches for less take hundreds of evaluations."""
@@ -48,10 +46,10 @@ class Program(NamedTuple):
     rows ``limited`` <= ``limit``."""
 
     linear: tuple[tuple[int, float], ...]
-    max_rows: NDArray[np.intp]
+    max_rows: Index
     max_offset: Array
     max_weight: float
-    limited: NDArray[np.intp]
+    limited: Index
     limit: Array
 
     def cost(self, values: Array) -> float:
@@ -87,7 +85,7 @@ def required_results(objective: Objective, limits: Limits) -> RequiredResults:
     return RequiredResults(stress, reactions, power)
 
 
-def limited_rows(limits: Limits, layout: Layout) -> tuple[NDArray[np.intp], Array]:
+def limited_rows(limits: Limits, layout: Layout) -> tuple[Index, Array]:
     """The smooth rows that are limited, and their limits; stability both in and out of the crank's plane."""
     limited, limit = [rows.SIDEWAYS], [limits[rows.STABILITY]]
     for row, value in limits.items():

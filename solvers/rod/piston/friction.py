@@ -10,13 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 def power_per_wall(scene: Scene) -> float:

@@ -25,11 +25,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 _MIN_NODES, _NODE_STEP, _MAX_NODES = 16, 8, 128
 

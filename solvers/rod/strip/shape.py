@@ -12,13 +12,9 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
 from solvers.rod.strip.beam_column import FORWARD_LIMIT
-
-Array = NDArray[np.float64]
 
 _TERMS = 12
 _C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS))

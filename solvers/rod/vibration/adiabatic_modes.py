@@ -16,13 +16,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import fusing_kernel
 from solvers.numerics.radau import interpolation_weights
 from solvers.rod.vibration.equation import StripEquation
-
-Array = NDArray[np.float64]
 
 _FORCES = 9
 """Number of forces; more change nothing, even close to buckling."""

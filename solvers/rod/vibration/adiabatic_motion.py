@@ -24,8 +24,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
@@ -34,9 +34,6 @@ from solvers.rod.vibration.adiabatic_modes import adiabatic_modes
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import Excitation
 from solvers.rod.vibration.motion import Errors, Motion
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _ERROR = 0.01
 """Assumed error as a share of the vibration: 2.5e-3 in the median of 48 strips, 1.8e-2 at the 90th percentile."""

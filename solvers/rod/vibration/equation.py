@@ -20,9 +20,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, LATERAL, SHEAR, SOFTENING, Strip, constants
 from solvers.rod.strip.shape import bend
@@ -34,8 +34,6 @@ from solvers.rod.vibration.natural_frequencies import (
     pin_combination,
     polynomials_of,
 )
-
-Array = NDArray[np.float64]
 
 SOFTEST = 0.1
 """Smallest stiffness of a mode, relative to that under the mean force, for which its frequency is estimated."""

@@ -21,19 +21,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import INSIDE, Rule, largest, panel_error, rule_of, split
+from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau, radau
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import JUMP
 
-Array = NDArray[np.float64]
-
-TURN = 2.0 * math.pi
 RULE = radau(10)
-_GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 16
 _DISTINCT = 1e-9
 """Corners closer than this [rad] are one."""
@@ -307,7 +305,7 @@ def anchors_of(
     """
     candidates = np.sort(load_corners % TURN)
     if strip.friction != 0.0 and candidates.size < MANY:
-        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, _subdivided(candidates)))))
+        bearing = friction_corners(drive, strip, _subdivided(candidates))
         separate = bearing[off_jumps(bearing, jumps) == bearing]
         candidates = np.sort(np.concatenate((candidates, separate)) % TURN)
     distinct = np.ones(candidates.size, np.bool_)

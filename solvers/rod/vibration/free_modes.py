@@ -21,13 +21,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import fusing_kernel
 from solvers.numerics.radau import Radau
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @fusing_kernel

@@ -7,14 +7,15 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau, interpolation_weights, radau
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import SOFTEST, StripEquation, quasi_static
-from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoothness, split
+from solvers.rod.vibration.excitation import MANY, RULE, Excitation, Smoothness, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.omitted import choose_ringing, error_of_means, omission_errors
 from solvers.rod.vibration.revolution import Revolution, assemble, periodic_solution
@@ -25,9 +26,6 @@ from solvers.rod.vibration.ringing import (
     phases_of,
     ringing_of,
 )
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 MOST_RINGING = 16
 """Largest number of ringing modes."""

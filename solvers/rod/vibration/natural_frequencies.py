@@ -19,12 +19,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
-
-Array = NDArray[np.float64]
+from solvers.numerics.periodic import TURN
 
 POLYNOMIALS = 14
 FEW_POLYNOMIALS, FEW_POLYNOMIALS_ERROR = 9, 5e-11
@@ -172,7 +171,7 @@ def frequency_under(
             system[i, j] *= axial_force / length
         system[i, i] += stiffness / length**3
     square = line_mass * greatest_ratio(mass, system)
-    return 1.0 / (2.0 * math.pi * math.sqrt(square)) if square > 0.0 else 0.0
+    return 1.0 / (TURN * math.sqrt(square)) if square > 0.0 else 0.0
 
 
 @kernel

@@ -12,15 +12,14 @@ The weights of a mean have few jumps and kinks; each contributes an error of abo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
+from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE
 from solvers.rod.strip.shape import bend
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import TURN, Excitation
-
-Array = NDArray[np.float64]
+from solvers.rod.vibration.excitation import Excitation
 
 _MARGIN = 2.0
 """Safety factor on the ringing of omitted modes."""

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import FEW_CORNERS, RULE, TURN, Excitation
+from solvers.rod.vibration.excitation import FEW_CORNERS, RULE, Excitation
 from solvers.rod.vibration.motion import EXPONENT, MOST_RINGING, NARROW, Errors, Motion, least_phases, motion
 
 POLYNOMIAL_COUNTS = (9, 11, 13, 16, 20, 26, 34)

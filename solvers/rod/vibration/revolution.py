@@ -15,13 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.rod.vibration.equation import StripEquation, damping_of
 from solvers.rod.vibration.slow_modes import Partition, accumulated_transfer, slow_motion
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _MAX_TERMS = 9
 _LARGEST_TOLERANCE = 1e-4

@@ -14,17 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.cycle.state import FORCE
 from solvers.rod.vibration.equation import StripEquation, damping_of
-from solvers.rod.vibration.excitation import TURN
 from solvers.rod.vibration.free_modes import free_mode
 from solvers.rod.vibration.revolution import Revolution
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 _MAX_ITERATIONS = 8
 _UNPHASED_AMPLIFICATION = 3.0

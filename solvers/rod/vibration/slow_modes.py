@@ -25,10 +25,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.numerics.radau import Radau
-
-Array = NDArray[np.float64]
 
 _NARROW = 2.0
 """Phase of the slowest fast mode [rad] over an element below which it is narrow: rounding errors grow in derivatives of

@@ -22,12 +22,14 @@ from functools import cached_property
 import numpy as np
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
+from solvers.numerics.periodic import TURN
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation, quasi_static
-from solvers.rod.vibration.excitation import FEW_CORNERS, TURN, Excitation, off_jumps, states_at
+from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation, off_jumps, states_at
 from solvers.rod.vibration.motion import Motion, neighbouring_motion
 from solvers.rod.vibration.resolution import Resolved, resolved_motion
 

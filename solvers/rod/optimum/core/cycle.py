@@ -14,11 +14,12 @@ from solvers.crank.motion import slider_crank as kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
+from solvers.numerics.arrays import Array
 from solvers.numerics.panels import greatest, resolve
 from solvers.rod.cycle.sampling import MAX_PANELS, panel_edges, rule_for
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
 from solvers.rod.optimum.core import peak_model
-from solvers.rod.optimum.core.peak_model import Array, CorePeaks, guide_reactions_at, stresses_at
+from solvers.rod.optimum.core.peak_model import CorePeaks, guide_reactions_at, stresses_at
 from solvers.rod.optimum.peaks import (
     ANGLE_STEP,
     Peaks,

@@ -12,9 +12,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.rows import (
     BUCKLED,
@@ -34,8 +34,6 @@ from solvers.rod.rows import (
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import log_critical_parameter
 from solvers.rod.strip.shape import bend_at
-
-Array = NDArray[np.float64]
 
 _MAX_OFFSET = 1.0
 _STEP = 1e-6

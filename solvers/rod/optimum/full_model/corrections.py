@@ -20,14 +20,12 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Index
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.optimum.full_model.frequency_ratio import is_stable, log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.scene import Dimensions
-
-Array = NDArray[np.float64]
 
 _CENTRE = (0.0, 0.0, 0.0)
 CorrectionsOf = Callable[[FullStrip], Array]
@@ -149,7 +147,7 @@ class CorrectionPolynomial:
                 out += (0.5 if v == w else 1.0) * change * self._curvature(v, w)
         return out
 
-    def slopes(self, x: Array, free: NDArray[np.intp]) -> Array:
+    def slopes(self, x: Array, free: Index) -> Array:
         """Derivatives with respect to ln b, ln h, ln l, (rows, 3); only those of sizes of indices ``free`` are
         complete."""
         s, out = self.stencil, np.zeros((self.at_base.size, 3))

@@ -13,18 +13,17 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.periodic import grid
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, all_polynomials, frequency_under
 
-Array = NDArray[np.float64]
-
-_ANGLES = 2.0 * math.pi * np.arange(128) / 128
+_ANGLES = grid(128)
 """Crank angles [rad] at which the axial force is sampled for its mean and minimum."""
 _STEP = 1e-4
 """Step of the differences of ln Omega, in ln b, ln h, ln l."""

@@ -15,10 +15,11 @@ import numpy as np
 
 from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
+from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
-from solvers.rod.cycle.composition import Array, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.effects import choose_for
 from solvers.rod.optimum.full_model.corrections import (
     ALL_CURVATURES,

@@ -7,21 +7,19 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.cycle.bent_strip import fibre_stresses
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.optimum.core.peak_model import finite_log, peak_height, reaction_rows, set_buckled_rows
-from solvers.rod.optimum.full_model.smooth_parts import Index, Parts, part_values
+from solvers.rod.optimum.full_model.smooth_parts import Parts, part_values
 from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.scene import Scene
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

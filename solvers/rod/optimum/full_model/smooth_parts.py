@@ -12,14 +12,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.core.peak_model import peak_height
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 _MIN_SHARE = 0.85
 """Parts below this share of the largest are omitted."""

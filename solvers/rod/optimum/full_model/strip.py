@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.numerics import periodic
+from solvers.numerics.arrays import Array
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.piston.friction import power_at
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import critical_coupling
 from solvers.rod.strip.shear import critical_coupling_with_shear
-
-Array = NDArray[np.float64]
 
 _POWER_ANGLES = periodic.grid(256)
 """Angles of the mean of friction power: its quadrature error is nearly equal for neighbouring strips, and exact checks

@@ -10,12 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.sqp import Program
-
-Array = NDArray[np.float64]
 
 _GRID, _ZOOMS, _CONTRACTION = np.linspace(-1.0, 1.0, 13), 12, 0.5
 """Points per direction, number of grids, and contraction of each grid about the minimum of the one before."""

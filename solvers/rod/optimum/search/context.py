@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
-from solvers.rod.optimum.full_model.model import Array, FullModel
+from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, search
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, is_among, local_search

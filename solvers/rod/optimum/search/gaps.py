@@ -22,9 +22,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from solvers.numerics.arrays import Array
 from solvers.rod import rows
 from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio, log_frequency_ratio_gradient
-from solvers.rod.optimum.full_model.model import Array, FullRows
+from solvers.rod.optimum.full_model.model import FullRows
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.search.at_ratio import PENALTY, AtRatio
 from solvers.rod.optimum.search.local_search import Iterate, Task

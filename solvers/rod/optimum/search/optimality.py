@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from solvers.rod.optimum.full_model.model import Array
+from solvers.numerics.arrays import Array
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate
 from solvers.rod.optimum.search.optimum import SecondOrder

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from solvers.rod.optimum.full_model.model import Array
+from solvers.numerics.arrays import Array
 from solvers.rod.optimum.search.local_search import LocalResult
 from solvers.rod.optimum.sensitivities import Stationarity
 

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from solvers import rod
+from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import resolution
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import MANY, TURN, Excitation
+from solvers.rod.vibration.excitation import MANY, Excitation
 from solvers.rod.vibration.motion import motion
 from tests.solvers.rod.machines import PAPER, STRIP
 from tests.solvers.rod.vibration.test_ringing import QUICK, integrated, reactions

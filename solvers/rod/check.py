@@ -17,8 +17,8 @@ from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
+from solvers.rod.cycle.peaks_along_strip import STRIP_RESULTS
 from solvers.rod.cycle.sampled import SampledCycle
-from solvers.rod.cycle.section import STRIP_RESULTS
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
     REFINEMENTS,

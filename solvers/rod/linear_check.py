@@ -17,8 +17,9 @@ from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
+from solvers.rod.cycle.peaks_along_strip import FEW_STATIONS, STATIONS, STRIP_RESULTS, strip_results
 from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
-from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
+from solvers.rod.cycle.section import Field
 from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip, least_critical_force
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.friction import power_per_wall

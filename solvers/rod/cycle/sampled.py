@@ -20,8 +20,9 @@ from solvers.numerics.radau import radau
 from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
+from solvers.rod.cycle.peaks_along_strip import strip_results
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, first_edges, resolved_rows, rule_for
-from solvers.rod.cycle.section import Field, RingingShape, strip_results
+from solvers.rod.cycle.section import Field, RingingShape
 from solvers.rod.cycle.state import FORCE, ROWS, fill_states
 
 _MAX_SLOPE_JUMPS, _OMITTED_FRACTION = 80.0, 1.0
@@ -78,9 +79,9 @@ class SampledCycle:
     def evaluate(
         self, lines: Array, parabola: Array, stations: int, contact: bool, strip_out: Array, guide_out: Array
     ) -> tuple[float, float]:
-        """Write results along the strip for a fatigue diagram to ``strip_out`` (section.STRIP_RESULTS,), those of the
-        guide to ``guide_out`` (guide_loads.GUIDE_RESULTS,); return the friction power [W], nan without contact, and the
-        maximum relative error."""
+        """Write results along the strip for a fatigue diagram to ``strip_out`` (STRIP_RESULTS,), those of the guide to
+        ``guide_out`` (GUIDE_RESULTS,); return the friction power [W], nan without contact, and the maximum relative
+        error."""
         field, ringing, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
         if not field.inclined and force.max() == force.min():
             # A large constant force would mask a small amplitude: the criterion adds its stress separately.

@@ -13,17 +13,16 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import Diagram
-from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
+from solvers.rod.cycle.field_results import FIELD_RESULTS
 from solvers.rod.cycle.peaks_along_strip import STRIP_RESULTS
 from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
+    FIELD_COLUMNS,
     REFINEMENTS,
     ROUNDING,
-    ROUNDING_OF_INPUTS,
     SAMPLING_FRACTION,
     Results,
     check_linear,
@@ -192,16 +191,16 @@ def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: f
     Small differences of large quantities, such as an amplitude beside a large mean, need a finer discretisation.
     """
     tolerance, panels, stations = SAMPLING_FRACTION * accuracy, None, stations_for(accuracy)
-    strip_out, guide_out = np.empty(STRIP_RESULTS), np.full(GUIDE_RESULTS, np.nan)
+    out = np.full(FIELD_RESULTS, np.nan)
     for _ in range(REFINEMENTS):
         # Sampling more accurately than the corrections' own error is futile.
         used_tolerance = max(tolerance, min(0.1 * cycle.refinement_error, _MAX_TOLERANCE))
         sampled = SampledCycle.of(cycle, used_tolerance, accuracy, panels)
         panels = sampled.panels
-        power, error = sampled.evaluate(*diagram, stations, contact, strip_out, guide_out)
+        power, error = sampled.evaluate(diagram, stations, contact, out)
         correction_error = cycle.refinement_error
         if contact and correction_error:
-            correction_error = max(correction_error, _guide_error(cycle, guide_out, power))
+            correction_error = max(correction_error, _guide_error(cycle, *out[STRIP_RESULTS:].tolist(), power))
         # A correction error that did not decrease on request does not decrease by finer sampling either, and dominates
         # all others.
         refine_sampling = error > _SAFETY_FACTOR * max(accuracy, correction_error) and tolerance > ROUNDING
@@ -219,20 +218,15 @@ def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: f
             if not finer.refinement_error < cycle.refinement_error:
                 break
             cycle = finer
-    error = max(found.error, error + correction_error)
-    if found.compression > 0.0:
-        # Near buckling rounding errors of load and strip are amplified in the stresses.
-        error = max(error, ROUNDING_OF_INPUTS / (1.0 - found.compression / found.critical_force))
-    results = dict(zip(Results._fields[5:15], (*strip_out.tolist(), *guide_out.tolist()), strict=True))
-    angles = sampled.field.states.shape[1]
+    results = dict(zip(FIELD_COLUMNS, out.tolist(), strict=True))
+    error, angles = max(found.error, error + correction_error), sampled.field.states.shape[1]
     return found._replace(**results, power=power, error=error, angles=angles, tolerance=sampled.tolerance)
 
 
-def _guide_error(cycle: Cycle, guide: Array, power: float) -> float:
-    """Relative error of contact load and friction power due to the corrections' errors, which are relative to the
-    maximum side force and moment."""
+def _guide_error(cycle: Cycle, side: float, moment: float, load: float, power: float) -> float:
+    """Relative error of contact load [N] and friction power [W] due to the corrections' errors, which are relative to
+    the maximum side force [N] and clamp moment [N m]."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
-    side, moment, load = guide.tolist()
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
     # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes per revolution.
     mean = piston.friction_coefficient * (4.0 / math.pi) * (side + couple) * 4.0 * mechanism.crank_radius

@@ -15,12 +15,13 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Cycle
+from solvers.rod.cycle.field_results import field_results
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
-from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
-from solvers.rod.cycle.peaks_along_strip import FEW_STATIONS, STATIONS, STRIP_RESULTS, strip_results
+from solvers.rod.cycle.guide_loads import Guide, friction_power, relative
+from solvers.rod.cycle.peaks_along_strip import FEW_STATIONS, STATIONS
 from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
-from solvers.rod.cycle.section import Field
-from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip, least_critical_force
+from solvers.rod.cycle.section import field_of
+from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip, least_critical_force, with_models
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.friction import power_per_wall
 from solvers.rod.vibration.natural_frequencies import (
@@ -71,40 +72,28 @@ class Results(NamedTuple):
 
 
 _UNDEFINED = np.full(len(Results._fields), np.nan)
-_STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = 5, 12, 15, 16, 17, 18, 19
-"""Columns of a result row: the first of those along the strip and of the guide, and single ones."""
+_FREQUENCY, _FIELD, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = map(
+    Results._fields.index,
+    ("natural_frequency", "utilisation", "power", "error", "angles", "tolerance", "by_friction"),
+)
+FIELD_COLUMNS = Results._fields[_FIELD:_POWER]
+"""Those columns that ``field_results`` writes, in its order."""
 
 SAMPLING_FRACTION = 0.1
 """Sampling tolerance as a fraction of the accuracy."""
 REFINEMENTS = 4
 _LOW_ACCURACY, _FEW_STATIONS_ACCURACY = 1e-4, 1e-2
-ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
-
-
-class Section(NamedTuple):
-    """Properties of the strip's section and of its guide beyond those of ``Strip``: 1/(b h) [1/m^2], E h/2 [Pa m], rho
-    b h [kg/m], and ``power_per_wall`` [m/s]."""
-
-    direct: float
-    bending: float
-    line_mass: float
-    per_wall: float
+_ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
 
 
 def check_linear(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float) -> Results:
     """Check a strip without its corrections; with corrections only forces, stability and frequency are found."""
-    scene, d = cycle.scene, cycle.dimensions
-    section = Section(
-        direct=1.0 / (d.b * d.h),
-        bending=0.5 * scene.material.elastic_modulus * d.h,
-        line_mass=scene.material.density * d.b * d.h,
-        per_wall=power_per_wall(scene),
-    )
+    scene = cycle.scene
     sharp = np.ascontiguousarray(scene.load.sharp_angles(), dtype=float)
     out, rule, stations = _UNDEFINED.copy(), rule_for(scene.load, accuracy), stations_for(accuracy)
     has_shape = not cycle.composition.corrections
     _check(
-        cycle.drive, cycle.strip, section, sharp, *diagram, rule, stations, contact, has_shape, accuracy,
+        cycle.drive, cycle.strip, power_per_wall(scene), sharp, *diagram, rule, stations, contact, has_shape, accuracy,
         all_polynomials(), out,
     )  # fmt: skip
     return Results(*out.tolist())
@@ -117,12 +106,11 @@ def stations_for(accuracy: float) -> int:
 
 @kernel
 def _check(
-    drive: Drive, strip: Strip, section: Section, sharp: Array, lines: Array, parabola: Array, rule: Rule,
+    drive: Drive, strip: Strip, per_wall: float, sharp: Array, lines: Array, parabola: Array, rule: Rule,
     stations: int, contact: bool, has_shape: bool, accuracy: float, modes: Polynomials, out: Array,
 ) -> None:  # fmt: skip
     """Kernel of ``check_linear``: write the results to ``out``."""
-    stiffness, l, length, critical = strip.stiffness, strip.length, strip.rod_length, least_critical_force(strip)
-    tolerance = SAMPLING_FRACTION * accuracy
+    critical, tolerance = least_critical_force(strip), SAMPLING_FRACTION * accuracy
     edges, states = sample(drive, strip, critical, first_edges(drive, strip, sharp), rule, tolerance)
     compression, tension, compression_error, tension_error = np.inf, 0.0, 0.0, 0.0
     if edges.size > 0:
@@ -131,7 +119,7 @@ def _check(
     out[_BY_FRICTION] = 0.0
     if not is_stable:
         # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
-        unbent = Strip(stiffness, l, length, 0.0, 0.0, 0.0, strip.lever, strip.offset, strip.critical)
+        unbent = with_models(strip, 0.0, 0.0, 0.0)
         edges, states = sample(drive, unbent, np.inf, first_edges(drive, unbent, sharp), rule, tolerance)
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
         if compression < critical:
@@ -142,21 +130,28 @@ def _check(
     out[0], out[1], out[2], out[3] = 1.0 if is_stable else 0.0, critical, compression, tension
     few = accuracy >= _LOW_ACCURACY
     polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
-    out[4] = frequency_under(modes, stiffness, section.line_mass, l, length, mean, polynomials)
+    out[_FREQUENCY] = frequency_under(
+        modes, strip.stiffness, strip.line_mass, strip.length, strip.rod_length, mean, polynomials
+    )
     if is_stable and has_shape:
         for _ in range(REFINEMENTS):
-            found = _strip_and_guide(
-                drive, strip, section, edges, rule, states, lines, parabola, stations, contact, tolerance, out
-            )
+            none, ratio = np.empty((0, states.shape[1])), drive.crank_radius / drive.rod_length
+            field = field_of(edges, rule, strip, states, none, none, False)
+            guide = Guide(states[SIDE], states[MOMENT], strip.lever, strip.offset, per_wall, ratio)
+            field_out = out[_FIELD:_POWER]
+            found = field_results(field, None, guide, contact, lines, parabola, tolerance, stations, field_out)
+            if contact:
+                out[_POWER], power_error = friction_power(edges, rule, guide, tolerance)
+                found = max(found, power_error)
             if found <= accuracy or tolerance <= ROUNDING:
                 break
             # Small differences of large quantities need a finer discretisation.
             tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
             edges, states = sample(drive, strip, critical, edges, rule, tolerance)
         error = max(error, found)
-        if compression > 0.0:
-            # Near buckling rounding errors of load and strip are amplified in the stresses.
-            error = max(error, ROUNDING_OF_INPUTS / (1.0 - compression / critical))
+    if is_stable and compression > 0.0:
+        # Near buckling rounding errors of load and strip are amplified in the stresses.
+        error = max(error, _ROUNDING_OF_INPUTS / (1.0 - compression / critical))
     if critical + mean > 0.0:
         # The frequency is proportional to the square root of the critical force plus the mean force.
         series_error = FEW_POLYNOMIALS_ERROR * critical if few else 0.0
@@ -171,25 +166,3 @@ def _forces(edges: Array, rule: Rule, force: Array, tolerance: float) -> tuple[f
     compression, compression_error, _ = greatest(edges, rule, force, -1.0, target)
     tension, tension_error, _ = greatest(edges, rule, force, 1.0, target)
     return compression, tension, compression_error, tension_error
-
-
-@kernel
-def _strip_and_guide(
-    drive: Drive, strip: Strip, section: Section, edges: Array, rule: Rule, states: Array, lines: Array,
-    parabola: Array, stations: int, contact: bool, tolerance: float, out: Array,
-) -> float:  # fmt: skip
-    """Write all results of an unbuckled strip to ``out``; return the maximum relative error."""
-    force, none, direct, mean = states[FORCE], np.empty((0, states.shape[1])), section.direct, 0.0
-    if force.min() == force.max():
-        # A large constant force would mask a small amplitude: the criterion adds its stress separately.
-        direct, mean = 0.0, direct * force[0]
-    field = Field(edges, rule, states, none, none, strip.length, strip.compliance, direct, section.bending, False)
-    error = strip_results(field, None, mean, lines, parabola, tolerance, stations, out[_STRIP : _STRIP + STRIP_RESULTS])
-    ratio, parts = drive.crank_radius / drive.rod_length, np.empty(0)
-    guide = Guide(states[SIDE], states[MOMENT], strip.lever, strip.offset, section.per_wall, ratio)
-    guide_out = out[_GUIDE : _GUIDE + GUIDE_RESULTS]
-    error = max(error, guide_results(edges, rule, guide, None, parts, parts, contact, tolerance, guide_out))
-    if contact:
-        out[_POWER], power_error = friction_power(edges, rule, guide, tolerance)
-        error = max(error, power_error)
-    return error

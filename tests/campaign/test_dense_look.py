@@ -25,7 +25,7 @@ def seen(scene, strip, composition):
     )
     stations = np.linspace(0.0, strip.l, SECTIONS)
     used, greatest = 0.0, 0.0
-    for stress in now.fibre_stresses(stations, strip.b, strip.h, scene.material.elastic_modulus):
+    for stress in now.fibre_stresses(stations):
         high, low = stress.max(axis=1), stress.min(axis=1)
         greatest = max(greatest, float(np.abs(stress).max()))
         diagram = serensen(scene.material).diagram()

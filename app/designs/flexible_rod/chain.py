@@ -217,8 +217,7 @@ class _Rod:
 
     def _stresses(self, cycle: Cycle, angle: ArrayLike, section: ArrayLike) -> np.ndarray:
         """Stresses [Pa] of both fibres, of shape (2, sections, angles)."""
-        d, modulus = cycle.dimensions, cycle.scene.material.elastic_modulus
-        return cycle.at(angle).fibre_stresses(section, d.b, d.h, modulus)
+        return cycle.at(angle).fibre_stresses(section)
 
     def _strength(self) -> None:
         c, cycle, r = self.chain, self._cycle(), self.result

@@ -45,8 +45,7 @@ def _turn(run: dict[str, Any]) -> tuple[CheckRequest, BentStrip]:
 
 def _fibres(request: CheckRequest, turn: BentStrip, stations: np.ndarray) -> np.ndarray:
     """Stresses [MPa] of both fibres, of shape (2, stations, angles)."""
-    d = request.strip()
-    return turn.fibre_stresses(stations, d.b, d.h, request.material.to_solver().elastic_modulus) / MEGA
+    return turn.fibre_stresses(stations) / MEGA
 
 
 def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:

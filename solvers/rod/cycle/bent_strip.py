@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,13 +10,11 @@ from numpy.typing import ArrayLike
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
-from solvers.rod.cycle.state import ANGLE, CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
-from solvers.rod.strip.shape import bend
+from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, Strip, bend_states
 from solvers.rod.strip.shear import slope_of
 
 
-@dataclass(frozen=True)
-class BentStrip:
+class BentStrip(NamedTuple):
     """A table of states (``state.ROWS``, angles), and the corrections to the linear strip.
 
     ``curvature_series`` and ``deflection_series`` are Legendre series over the strip of the corrections to V'' [1/m]
@@ -50,10 +48,10 @@ class BentStrip:
 
     def _linear(self, stations: ArrayLike) -> tuple[Array, Array, Array]:
         """psi', V' and V of the linear strip."""
-        z, strip = np.atleast_1d(np.asarray(stations, dtype=float)), self.strip
+        z = np.atleast_1d(np.asarray(stations, dtype=float))
         out = np.empty((3, z.size, self.states.shape[1]))
         for j, station in enumerate(z.tolist()):
-            linear_shape(self.states, strip.length, strip.compliance, station, out[0, j], out[1, j], out[2, j])
+            linear_shape(self.strip, self.states, station, out[0, j], out[1, j], out[2, j])
         return out[0], out[1], out[2]
 
     def _series(self, stations: ArrayLike, series: Array) -> Array:
@@ -74,11 +72,10 @@ class BentStrip:
         """V(z) [m]."""
         return self._linear(stations)[2] + self._series(stations, self.deflection_series)
 
-    def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
-        """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
+    def fibre_stresses(self, stations: ArrayLike) -> Array:
+        """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres, shape (2, stations, angles)."""
         z = np.atleast_1d(np.asarray(stations, dtype=float))
-        correction = self.curvature_correction(z)
-        return fibre_stresses(self.strip, self.states, z, correction, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
+        return fibre_stresses(self.strip, self.states, z, self.curvature_correction(z), self.inclined)
 
     def curvature_correction(self, stations: Array) -> Array:
         """The corrections to V'' [1/m], (stations, angles), or of shape (0, 0) without any."""
@@ -94,11 +91,10 @@ class BentStrip:
 
 
 @kernel
-def linear_shape(
-    states: Array, length: float, compliance: float, z: float, curvature: Array, slope: Array, deflection: Array
-) -> None:
+def linear_shape(strip: Strip, states: Array, z: float, curvature: Array, slope: Array, deflection: Array) -> None:
     """Write psi' [1/m], V' and V [m] of the linear strip at a section to arrays of shape (angles,)."""
-    bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], length, z, curvature, slope, deflection)
+    bend_states(states, strip.length, z, curvature, slope, deflection)
+    compliance = strip.compliance
     if compliance != 0.0:
         for i in range(states.shape[1]):
             slope[i] = slope_of(slope[i], states[SOFTENING, i], compliance, states[SHEAR, i])
@@ -112,15 +108,13 @@ def tangential_force(force: float, side: float, slope: float) -> float:
 
 
 @kernel
-def fibre_stresses(
-    strip: Strip, states: Array, stations: Array, correction: Array, direct: float, bending: float, inclined: bool
-) -> Array:
+def fibre_stresses(strip: Strip, states: Array, stations: Array, correction: Array, inclined: bool) -> Array:
     """Kernel of ``BentStrip.fibre_stresses``; ``correction`` to V'' has the shape (stations, angles) or size 0."""
-    angles = states.shape[1]
+    angles, direct, bending = states.shape[1], strip.direct, strip.bending
     out, rotation, integral = np.empty((2, stations.size, angles)), np.empty(angles), np.empty(angles)
     for j in range(stations.size):
-        bent, z = out[1, j], stations[j]
-        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, bent, rotation, integral)
+        bent = out[1, j]
+        bend_states(states, strip.length, stations[j], bent, rotation, integral)
         for i in range(angles):
             curvature, force = bent[i], states[FORCE, i]
             if correction.size > 0:

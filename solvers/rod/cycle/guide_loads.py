@@ -22,6 +22,7 @@ from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
 from solvers.numerics.periodic import TURN
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
+from solvers.rod.cycle.section import RingingShape
 from solvers.rod.piston.friction import power_per_wall, travel
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
@@ -95,12 +96,14 @@ def magnitude(
 
 @kernel
 def guide_results(
-    edges: Array, rule: Rule, guide: Guide, ripple: Ripple | None, side_weights: Array, moment_weights: Array,
-    contact: bool, tolerance: float, out: Array,
-) -> float:  # fmt: skip
+    edges: Array, rule: Rule, guide: Guide, ringing: RingingShape | None, contact: bool, tolerance: float, out: Array
+) -> float:
     """Write maximum side force, clamp moment and, on request, contact load to ``out`` (GUIDE_RESULTS,); return the
-    maximum relative error. ``side_weights`` and ``moment_weights`` are the weights of the ripple's parts in T [N] and
-    M0 [N m], (parts,)."""
+    maximum relative error."""
+    if ringing is None:
+        ripple, side_weights, moment_weights = None, np.empty(0), np.empty(0)
+    else:
+        ripple, side_weights, moment_weights = ringing.ripple, ringing.side, ringing.moment
     out[SIDE_FORCE], absolute_error = magnitude(edges, rule, guide.side, ripple, side_weights, tolerance)
     error = relative(absolute_error, out[SIDE_FORCE])
     out[CLAMP_MOMENT], absolute_error = magnitude(edges, rule, guide.moment, ripple, moment_weights, tolerance)

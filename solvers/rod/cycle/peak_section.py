@@ -51,7 +51,7 @@ def severity_at(s: Severities, layer: int, z: float, share: float) -> float:
 def peak_section(s: Severities, layer: int, section: float) -> tuple[float, float]:
     """The section [m] of a smooth peak near one, and its uncertainty. If the polynomial misfits its own points the peak
     is a kink, and closer sections are tried."""
-    length, values = s.field.length, np.empty(_STEPS.size)
+    length, values = s.field.strip.length, np.empty(_STEPS.size)
     width = min(_MAX_SPACING * length, section / 3.0, (length - section) / 3.0)
     while width > _MIN_SPACING * length:
         greatest_value = 0.0

@@ -48,18 +48,18 @@ fibre that govern fatigue, maximum |V| [m]; and their number."""
 
 @kernel
 def strip_results(
-    field: Field, ringing: RingingShape | None, mean: float, lines: Array, parabola: Array, tolerance: float,
-    stations: int, out: Array,
+    field: Field, ringing: RingingShape | None, lines: Array, parabola: Array, tolerance: float, stations: int,
+    out: Array,
 ) -> float:  # fmt: skip
     """Write fatigue, maximum stress and deflection to ``out`` (STRIP_RESULTS,); return the maximum relative error of
     these and of the amplitude, which is judged separately however large the mean (but not a small mean).
 
-    ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a constant stress omitted from the field.
+    ``lines`` and ``parabola`` are the fatigue diagram.
     """
     table, work, extremes = np.empty((stations, 3, 4)), np.empty((3, field.states.shape[1])), np.empty((3, 4))
     for j in range(stations):
-        extremes_at(field, ringing, field.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
-    error = 0.0
+        extremes_at(field, ringing, field.strip.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
+    error, mean = 0.0, field.constant
     for result in range(3):
         diagram, curve = (lines, parabola) if result == 0 else (_GREATEST.copy(), np.zeros(3))
         if result < 2:
@@ -102,7 +102,7 @@ def _peaks(s: Severities, table: Array, first: int, last: int, located: bool) ->
             maximum, minimum = table[j, layer, MAXIMUM], table[j, layer, MINIMUM]
             severity[layer - first, j] = utilisation_of(maximum, minimum, s.lines, s.parabola)
             top = max(top, severity[layer - first, j])
-    rows, length = [np.empty(PEAK_COLUMNS) for _ in range(0)], s.field.length
+    rows, length = [np.empty(PEAK_COLUMNS) for _ in range(0)], s.field.strip.length
     place, value, points, trials, step = np.empty(3), np.empty(3), np.empty(5), np.empty(5), length / (count - 1)
     for layer in range(first, last):
         row = severity[layer - first]
@@ -181,7 +181,7 @@ def _peak_row(s: Severities, layer: int, z: float, z_error: float, value: float,
     out, extremes = np.empty(PEAK_COLUMNS), s.extremes
     amplitude, midpoint = np.empty(3), np.empty(3)
     for k in range(3 if z_error > 0.0 else 1):
-        section = min(max(z + (0.0, -z_error, z_error)[k], 0.0), s.field.length)
+        section = min(max(z + (0.0, -z_error, z_error)[k], 0.0), s.field.strip.length)
         severity = severity_at(s, layer, section, _FINER)
         high, low = extremes[layer, MAXIMUM], extremes[layer, MINIMUM]
         amplitude[k], midpoint[k] = 0.5 * (high - low), 0.5 * (high + low)

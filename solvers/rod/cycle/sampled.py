@@ -11,19 +11,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from solvers.fatigue.kernels import Diagram
 from solvers.numerics.arrays import Array
-from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
 from solvers.numerics.panels import Panels, Rule, inside, panel_errors, resolve, rule_of, split, values_at
 from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import radau
 from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
-from solvers.rod.cycle.peaks_along_strip import strip_results
+from solvers.rod.cycle.field_results import field_results
+from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, first_edges, resolved_rows, rule_for
-from solvers.rod.cycle.section import Field, RingingShape
-from solvers.rod.cycle.state import FORCE, ROWS, fill_states
+from solvers.rod.cycle.section import Field, RingingShape, field_of
+from solvers.rod.cycle.state import ROWS, fill_states
 
 _MAX_SLOPE_JUMPS, _OMITTED_FRACTION = 80.0, 1.0
 """Upper bound of the total slope jumps, per revolution, of a reaction's weight in the mean; fraction of the tolerance
@@ -53,42 +53,22 @@ class SampledCycle:
     def of(cycle: Cycle, tolerance: float, accuracy: float, initial: Panels | None = None) -> SampledCycle:
         """Sample a cycle to ``tolerance`` relative to the maximum magnitudes, with the panel rule for an ``accuracy``
         of the results, starting from the panels of an earlier sampling if given."""
-        strip, load, d = cycle.strip, cycle.scene.load, cycle.dimensions
+        strip, load = cycle.strip, cycle.scene.load
         sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
         vibrates = any(refinement.ringing is not None for refinement in cycle.refinements)
         edges, rule = initial or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy, vibrates))
         edges = split(edges, _max_width(cycle, rule))
         sampler = _Sampler(cycle, rule)
         panels, rows, _ = resolve(sampler, edges, rule, RESOLVED_ROWS, tolerance, MAX_PANELS)
-        states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
-        series = rows[RESOLVED_ROWS + ROWS :]
-        field = Field(
-            edges=panels.edges,
-            rule=panels.rule,
-            states=states,
-            curvature_series=series[: sampler.terms],
-            deflection_series=series[sampler.terms :],
-            length=d.l,
-            compliance=strip.compliance,
-            direct=1.0 / (d.b * d.h),
-            bending=0.5 * cycle.scene.material.elastic_modulus * d.h,
-            inclined=sampler.inclined,
-        )
+        states, series = np.split(rows[RESOLVED_ROWS:], [ROWS])
+        field = field_of(*panels, strip, states, *np.split(series, 2), sampler.inclined)
         return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], sampler.ringing)
 
-    def evaluate(
-        self, lines: Array, parabola: Array, stations: int, contact: bool, strip_out: Array, guide_out: Array
-    ) -> tuple[float, float]:
-        """Write results along the strip for a fatigue diagram to ``strip_out`` (STRIP_RESULTS,), those of the guide to
-        ``guide_out`` (GUIDE_RESULTS,); return the friction power [W], nan without contact, and the maximum relative
-        error."""
-        field, ringing, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
-        if not field.inclined and force.max() == force.min():
-            # A large constant force would mask a small amplitude: the criterion adds its stress separately.
-            field, mean = field._replace(direct=0.0), field.direct * float(force[0])
-        error = _results(
-            field, ringing, self.guide(), contact, mean, lines, parabola, self.tolerance, stations, strip_out, guide_out
-        )
+    def evaluate(self, diagram: Diagram, stations: int, contact: bool, out: Array) -> tuple[float, float]:
+        """Write the results for a fatigue diagram to ``out`` (FIELD_RESULTS,); return the friction power [W], nan
+        without contact, and the maximum relative error."""
+        guide, tolerance = self.guide(), self.tolerance
+        error = field_results(self.field, self.ringing, guide, contact, *diagram, tolerance, stations, out)
         if not contact:
             return np.nan, error
         power, missed = self.friction_power()
@@ -138,18 +118,6 @@ def _max_width(cycle: Cycle, rule: Rule) -> float:
     fewer points than two per period, oscillations are aliased to lower frequencies."""
     frequency = max(one.highest_frequency for one in cycle.refinements)
     return _RADIANS_PER_POINT * rule.points.size / frequency if frequency else np.inf
-
-
-@kernel
-def _results(
-    field: Field, ringing: RingingShape, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
-    tolerance: float, stations: int, strip_out: Array, guide_out: Array,
-) -> float:  # fmt: skip
-    """``SampledCycle.evaluate`` without the friction power."""
-    error = strip_results(field, ringing, mean, lines, parabola, tolerance, stations, strip_out)
-    edges, rule, ripple = field.edges, field.rule, ringing.ripple
-    side, moment = ringing.side, ringing.moment
-    return max(error, guide_results(edges, rule, guide, ripple, side, moment, contact, tolerance, guide_out))
 
 
 class _Sampler:

@@ -21,7 +21,7 @@ from solvers.numerics.panels import Rule, greatest, largest
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.bent_strip import linear_shape, tangential_force
-from solvers.rod.cycle.state import FORCE, SIDE
+from solvers.rod.cycle.state import FORCE, SIDE, Strip
 
 UPPER, LOWER, DEFLECTION = range(3)
 """Layers: stress of the fibre at +h/2, of the fibre at -h/2, deflection."""
@@ -35,24 +35,24 @@ class Field(NamedTuple):
     """A sampled revolution, evaluable along the strip. SI units; columns are angles, panel by panel.
 
     edges, rule        the panels
+    strip              the strip, with its constants of stress
     states             (state.ROWS, n)
     curvature_series   Legendre series over the strip of the corrections to V'' [1/m], (terms, n)
     deflection_series  the same to V [m]
-    length, compliance free length [m], g = EI/(kGA) [m^2]
-    direct, bending    1/(b h) and E h/2; ``direct`` 0 if the stress of a constant force is added by the criterion
     inclined           whether N is tangential to the deflected strip
+    direct             1/(b h) [1/m^2]; 0 for a constant force
+    constant           its stress [Pa], which the fatigue criterion adds: it would mask a small amplitude
     """
 
     edges: Array
     rule: Rule
+    strip: Strip
     states: Array
     curvature_series: Array
     deflection_series: Array
-    length: float
-    compliance: float
-    direct: float
-    bending: float
     inclined: bool
+    direct: float
+    constant: float
 
 
 class RingingShape(NamedTuple):
@@ -69,19 +69,31 @@ class RingingShape(NamedTuple):
 
 
 @kernel
+def field_of(
+    edges: Array, rule: Rule, strip: Strip, states: Array, curvature_series: Array, deflection_series: Array,
+    inclined: bool,
+) -> Field:  # fmt: skip
+    """The field of a sampled revolution."""
+    force, direct, constant = states[FORCE], strip.direct, 0.0
+    if not inclined and force.min() == force.max():
+        direct, constant = 0.0, direct * force[0]
+    return Field(edges, rule, strip, states, curvature_series, deflection_series, inclined, direct, constant)
+
+
+@kernel
 def section_layers(field: Field, z: float, out: Array) -> None:
     """Write stresses [Pa] of both fibres and deflection [m] at a section to ``out``, shape (3, n)."""
     states, n = field.states, field.states.shape[1]
     curvature, slope, deflection = out[0], out[1], out[2]
-    linear_shape(states, field.length, field.compliance, z, curvature, slope, deflection)
-    zeta = 2.0 * z / field.length - 1.0
+    linear_shape(field.strip, states, z, curvature, slope, deflection)
+    zeta = 2.0 * z / field.strip.length - 1.0
     add_series(field.curvature_series, zeta, curvature)
     add_series(field.deflection_series, zeta, deflection)
     for i in range(n):
         tangential = states[FORCE, i]
         if field.inclined:
             tangential = tangential_force(tangential, states[SIDE, i], slope[i])
-        direct, bending = field.direct * tangential, field.bending * curvature[i]
+        direct, bending = field.direct * tangential, field.strip.bending * curvature[i]
         out[0, i], out[1, i] = direct + bending, direct - bending
 
 
@@ -124,9 +136,9 @@ def extremes_at(
                 value, error, _ = greatest(field.edges, field.rule, work[layer], sign, target)
             else:
                 series = ringing.deflection_series if layer == DEFLECTION else ringing.curvature_series
-                parts = _parts_at(series, 2.0 * z / field.length - 1.0)
+                parts = _parts_at(series, 2.0 * z / field.strip.length - 1.0)
                 if layer != DEFLECTION:
-                    parts *= field.bending if layer == UPPER else -field.bending
+                    parts *= field.strip.bending if layer == UPPER else -field.strip.bending
                 value, error, _ = greatest_with_ripple(
                     field.edges, field.rule, work[layer], sign, target, ringing.ripple, parts,
                     amplitude_bounds(ringing.ripple, parts),

@@ -25,6 +25,7 @@ from solvers.numerics.periodic import TURN
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.strip.beam_column import constants
+from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import critical_coupling_with_shear
 
 ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
@@ -52,6 +53,9 @@ class Strip(NamedTuple):
     """A strip and its models in kernel representation. SI units.
 
     stiffness     EI [N m^2]
+    direct        1/(b h) [1/m^2], the stress by a unit axial force
+    bending       E h/2 [Pa m], the stress of a fibre by a unit curvature
+    line_mass     rho b h [kg/m]
     couples       1.0 if the axial force contributes to bending, else 0.0
     compliance    g = EI/(kGA) [m^2], 0.0 if rigid in shear
     friction      (4/pi) mu, 0.0 without feedback of friction to the axial force
@@ -63,12 +67,24 @@ class Strip(NamedTuple):
     stiffness: float
     length: float
     rod_length: float
+    direct: float
+    bending: float
+    line_mass: float
     couples: float
     compliance: float
     friction: float
     lever: float
     offset: float
     critical: float
+
+
+@kernel
+def with_models(strip: Strip, couples: float, compliance: float, friction: float) -> Strip:
+    """The strip with other models: the three fields with these names."""
+    return Strip(
+        strip.stiffness, strip.length, strip.rod_length, strip.direct, strip.bending, strip.line_mass, couples,
+        compliance, friction, strip.lever, strip.offset, strip.critical,
+    )  # fmt: skip
 
 
 @kernel
@@ -89,17 +105,12 @@ def wall_force(strip: Strip, q: float) -> float:
 
 
 @kernel
-def force_with_friction(strip: Strip, force: float, lateral: float) -> float:
-    """P [N] including friction feedback, from P0 = ``force``; twice -P_cr if friction buckles the strip.
+def _solve_from_core(strip: Strip, force: float, lateral: float) -> tuple[float, float]:
+    """As ``_solve_friction``, started from P0 = ``force``, and by bisection where the secants find nothing; P is twice
+    -P_cr if friction buckles the strip.
 
     The velocity has the sign of the lateral displacement for every crank shorter than its rod.
     """
-    return _solve_from_core(strip, force, lateral)[0]
-
-
-@kernel
-def _solve_from_core(strip: Strip, force: float, lateral: float) -> tuple[float, float]:
-    """As ``_solve_friction``, started from P0, and by bisection where the secants find nothing."""
     friction_factor, critical = strip.friction * lateral, -strip.critical
     if force <= critical:
         # Friction that relieves a strip is no hold: the machine may stop at this angle.
@@ -227,10 +238,16 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
 
 
 @kernel
+def bend_states(states: Array, length: float, z: float, curvature: Array, rotation: Array, integral: Array) -> None:
+    """Write psi' [1/m], psi and int psi dz [m] at the section z at the states' angles, each (angles,)."""
+    bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], length, z, curvature, rotation, integral)
+
+
+@kernel
 def _wall_contact_margin(drive: Drive, strip: Strip, angle: float) -> float:
     """6 |M|/Lp - |T| per unit lateral displacement and unit EI: positive where the piston contacts both walls."""
     force = axial_force(drive, angle)
-    force = force_with_friction(strip, force, drive.crank_radius * math.sin(angle))
+    force, _ = _solve_from_core(strip, force, drive.crank_radius * math.sin(angle))
     q = strip.couples / strip.stiffness * force
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear

@@ -45,10 +45,10 @@ its amplitude is known, and above which they do not resolve its excitation."""
 
 
 class InertiaParameters(NamedTuple):
-    """Mass per length rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane, rigid in shear, and tables
+    """Inertia rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane, rigid in shear, and tables
     for the first natural frequency."""
 
-    line_mass: float
+    inertia: float
     loss: float
     critical: float
     modes: Polynomials
@@ -99,7 +99,7 @@ def first_order_motion(
     """
     angle, order, ends, uniform = sampling.angle, sampling.order, sampling.ends, sampling.uniform
     loss, l, per_force = parameters.loss, strip.length, strip.length * strip.length / strip.stiffness
-    head, inertia = (strip.rod_length - l) / l, parameters.line_mass * l * l * per_force
+    head, inertia = (strip.rod_length - l) / l, parameters.inertia * l * l * per_force
     coupling = states[COUPLING] * l * l
     smooth, step = order.size == uniform, TURN / uniform
     frequency = first_frequencies(coupling, head, inertia, parameters.modes)

@@ -19,21 +19,19 @@ from solvers.rod.cycle.bent_strip import tangential_force
 from solvers.rod.cycle.friction_buckling import carried_share
 from solvers.rod.cycle.section import add_series
 from solvers.rod.cycle.state import (
-    CLAMP,
-    COUPLING,
     FORCE,
-    HEAD,
     MOMENT,
     ROWS,
     SHEAR,
     SIDE,
     SOFTENING,
     Strip,
+    bend_states,
     fill_states,
+    with_models,
 )
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls, contact_load
-from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import slope_of
 
 STATIONS = 9
@@ -55,9 +53,7 @@ class ResultParameters(NamedTuple):
 
     angle, weight    crank angles and their quadrature weights as fractions of a revolution, (n,)
     travel           |dx/dphi| [m] at the angles times their weights, (n,)
-    lever, offset    6/Lp [1/m] of the skirt and the clamp's offset e [m]
     friction         (4/pi) mu
-    direct, bending  1/(b h) [1/m^2] and E h/2 [Pa m]
     lines, parabola  the fatigue diagram (``solvers.fatigue.kernels``)
     in_plane_critical  P_cr [N] of bending in the crank's plane, rigid in shear
     """
@@ -65,11 +61,7 @@ class ResultParameters(NamedTuple):
     angle: Array
     weight: Array
     travel: Array
-    lever: float
-    offset: float
     friction: float
-    direct: float
-    bending: float
     lines: Array
     parabola: Array
     in_plane_critical: float
@@ -137,7 +129,7 @@ def evaluate(
     side, moment = states[SIDE] + correction.side, states[MOMENT] + correction.moment
     results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
     for i in range(n):
-        side_force, couple = abs(side[i]), parameters.lever * abs(moment[i] + side[i] * parameters.offset)
+        side_force, couple = abs(side[i]), strip.lever * abs(moment[i] + side[i] * strip.offset)
         results[MAX_SIDE_FORCE] = max(results[MAX_SIDE_FORCE], side_force)
         results[MAX_CLAMP_MOMENT] = max(results[MAX_CLAMP_MOMENT], abs(moment[i]))
         results[MAX_CONTACT_LOAD] = max(results[MAX_CONTACT_LOAD], contact_load(side_force, couple))
@@ -145,16 +137,14 @@ def evaluate(
     curvature, slope, deflection, upper, lower = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for station in range(STATIONS):
         z = strip.length * station / (STATIONS - 1)
-        bend(
-            states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, curvature, slope, deflection
-        )
+        bend_states(states, strip.length, z, curvature, slope, deflection)
         add_series(series, 2.0 * station / (STATIONS - 1) - 1.0, curvature)
         for i in range(n):
             tangential = force[i]
             if inclined:
                 inclination = slope_of(slope[i], states[SOFTENING, i], strip.compliance, states[SHEAR, i])
                 tangential = tangential_force(tangential, side[i], inclination)
-            direct, bending = parameters.direct * tangential, parameters.bending * curvature[i]
+            direct, bending = strip.direct * tangential, strip.bending * curvature[i]
             upper[i], lower[i] = direct + bending, direct - bending
         for fibre in range(2):
             high, low = _extremes(upper if fibre == 0 else lower)
@@ -190,11 +180,8 @@ def has_part(drive: Drive, strip: Strip, part: int) -> bool:
 @kernel
 def without_part(strip: Strip, part: int) -> Strip:
     """Return the strip without a part."""
-    return Strip(
-        strip.stiffness, strip.length, strip.rod_length, 0.0 if part == AXIAL_COUPLING else strip.couples,
-        0.0 if part == SHEAR_FLEXIBILITY else strip.compliance,
-        0.0 if part == FRICTION_FEEDBACK else strip.friction, strip.lever, strip.offset, strip.critical,
-    )  # fmt: skip
+    couples, compliance = (part != AXIAL_COUPLING) * strip.couples, (part != SHEAR_FLEXIBILITY) * strip.compliance
+    return with_models(strip, couples, compliance, (part != FRICTION_FEEDBACK) * strip.friction)
 
 
 @kernel

@@ -201,9 +201,8 @@ class Situation:
     @cached_property
     def inertia(self) -> InertiaParameters:
         """Parameters of the strip's inertia."""
-        d, material = self.dimensions, self.scene.material
-        line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
-        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical, all_polynomials())
+        inertia = self.strip.line_mass * self.scene.mechanism.angular_speed**2
+        return InertiaParameters(inertia, self.scene.material.loss_factor, self.in_plane_critical, all_polynomials())
 
     @property
     def corrected(self) -> CorrectedRevolution | None:
@@ -264,17 +263,12 @@ class Situation:
             count *= 2 if second_difference <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
     def _result_parameters(self, sampling: Sampling, piston_travel: Array, step: int) -> ResultParameters:
-        d, piston, material = self.dimensions, self.scene.piston, self.scene.material
         weight = step * sampling.weight[::step]
         return ResultParameters(
             sampling.angle[::step].copy(),
             weight,
             weight * piston_travel[::step],
-            self.strip.lever,
-            piston.clamp_offset,
-            4.0 / math.pi * piston.friction_coefficient,
-            1.0 / (d.b * d.h),
-            0.5 * material.elastic_modulus * d.h,
-            *serensen(material).diagram(),
+            4.0 / math.pi * self.scene.piston.friction_coefficient,
+            *serensen(self.scene.material).diagram(),
             self.in_plane_critical,
         )

@@ -24,7 +24,8 @@ import numpy as np
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, LATERAL, SHEAR, SOFTENING, Strip, constants
+from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, SHEAR, SOFTENING, Strip, bend_states
+from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.shape import bend
 from solvers.rod.vibration.natural_frequencies import (
     Polynomials,
@@ -181,7 +182,7 @@ def quasi_static(equation: StripEquation, states: Array) -> tuple[Array, Array, 
     eigenvectors = equation.eigenvectors
     if shears:
         # psi', psi and int psi dz at the strip's end
-        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], l, l, tip[0], tip[1], tip[2])
+        bend_states(states, l, l, tip[0], tip[1], tip[2])
     # h and EI psi'(l) in the eigenvectors of G
     geometric_load, tip_slope = np.dot(equation.geometric_load, eigenvectors), np.dot(equation.tip_slopes, eigenvectors)
     for i in range(angles):

@@ -339,8 +339,7 @@ def _subdivided(corners: Array) -> Array:
 
 def _inertia(cycle: Cycle) -> float:
     """rho A omega^2 [N/m^2]."""
-    d = cycle.dimensions
-    return cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
+    return cycle.strip.line_mass * cycle.scene.mechanism.angular_speed**2
 
 
 def _curvature_per_force(cycle: Cycle) -> float:

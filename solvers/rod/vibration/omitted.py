@@ -16,8 +16,7 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE
-from solvers.rod.strip.shape import bend
+from solvers.rod.cycle.state import FORCE, SIDE, bend_states
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import Excitation
 
@@ -86,7 +85,7 @@ def omission_errors(
     workspace, curvature = np.empty((2, d.shape[1])), np.empty(d.shape[1])
     for k, zeta in enumerate(_SECTIONS.tolist()):
         z = zeta * strip.length
-        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, curvature, *workspace)
+        bend_states(states, strip.length, z, curvature, *workspace)
         second[k] += curvature
     values = np.vstack([states[FORCE] * excitation.curvature_per_force, second, third]).reshape(-1, count, p)
 

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from solvers.fatigue.kernels import Diagram
-from solvers.numerics.arrays import Array, Index
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod import rows
-from solvers.rod.cycle.bent_strip import fibre_stresses
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
+from solvers.rod.cycle.bent_strip import BentStrip, fibre_stresses
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE
 from solvers.rod.optimum.core.peak_model import finite_log, peak_height, reaction_rows, set_buckled_rows
 from solvers.rod.optimum.full_model.smooth_parts import Parts, part_values
 from solvers.rod.optimum.full_model.strip import FullStrip
@@ -50,17 +50,15 @@ class RowsAtPeaks:
 
     def _rows(self, strip: FullStrip, states: Array) -> Array:
         """All rows of a strip from its states at the angles of the stencils."""
-        out, parts, piston, d = np.zeros(self.layout.size), self.parts, self.scene.piston, strip.dimensions
-        stations, (in_plane, out_of_plane) = self._stations * d.l, strip.critical
+        out, piston, d = np.zeros(self.layout.size), self.scene.piston, strip.dimensions
+        stations, critical = self._stations * d.l, strip.critical
         compression = max_peak_height(-states[FORCE, 3 * (self.peaks.angles.size + self.peaks.reactions.size) :])
         # A strip that buckles has no corrections.
-        cycle = strip.cycle if compression < in_plane else strip.cycle.without_corrections()
+        cycle = strip.cycle if compression < critical[0] else strip.cycle.without_corrections()
         shape = cycle.bent_strip(states)
         set_rows(
-            shape.strip, states, stations, shape.curvature_correction(stations), shape.side_correction,
-            shape.moment_correction, shape.inclined, d.b, d.h, self.scene.material.elastic_modulus, compression,
-            in_plane, out_of_plane, parts.order, parts.starts, parts.utilisations, parts.stresses, *self.diagram,
-            self.peaks.reactions.size, pressure_per_load(piston.diameter, piston.skirt_length), out,
+            shape, stations, shape.curvature_correction(stations), d.b, d.h, compression, critical, self.parts,
+            self.diagram, self.peaks.reactions.size, pressure_per_load(piston.diameter, piston.skirt_length), out,
         )  # fmt: skip
         if self.power and out[rows.POWER] != rows.BUCKLED:
             out[rows.POWER] = finite_log(strip.friction_power())
@@ -91,23 +89,22 @@ def max_peak_height(values: Array) -> float:
 
 @kernel
 def set_rows(
-    strip: Strip, states: Array, stations: Array, curvature_correction: Array, side_correction: Array,
-    moment_correction: Array, inclined: bool, b: float, h: float, modulus: float, compression: float, in_plane: float,
-    out_of_plane: float, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array,
-    parabola: Array, peaks: int, pressure_per_force: float, out: Array,
+    shape: BentStrip, stations: Array, correction: Array, b: float, h: float, compression: float,
+    critical: tuple[float, float], parts: Parts, diagram: Diagram, peaks: int, pressure_per_force: float, out: Array,
 ) -> None:  # fmt: skip
-    """Set all rows but that of friction power, from states and corrections as in ``BentStrip``, and the maximum
-    compression and the critical forces [N]. The three-point stencils of the states are those of stresses, as in
-    ``Parts``, then those of ``peaks`` peaks of the reactions [N], the second of which times ``pressure_per_force``
-    [1/m^2] is a pressure."""
+    """Set all rows but that of friction power, from the strip with its ``correction`` to V'' [1/m] at the stations, and
+    the maximum compression and the ``critical`` forces in and out of the crank's plane [N]. The three-point stencils of
+    its states are those of stresses, as in ``Parts``, then those of ``peaks`` peaks of the reactions [N], the second of
+    which times ``pressure_per_force`` [1/m^2] is a pressure."""
+    strip, states, (in_plane, out_of_plane) = shape.strip, shape.states, critical
     out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(b * h**3), math.log(strip.length), math.log(h)
     out[rows.STABILITY] = math.log(compression / in_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
     out[rows.SIDEWAYS] = math.log(compression / out_of_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
     if not out[rows.STABILITY] < 0.0:
         set_buckled_rows(out)
         return
-    stress = fibre_stresses(strip, states, stations, curvature_correction, 1.0 / (b * h), 0.5 * modulus * h, inclined)
-    utilisation_parts, stress_parts = part_values(stress, order, starts, utilisations, stresses, lines, parabola)
+    stress = fibre_stresses(strip, states, stations, correction, shape.inclined)
+    utilisation_parts, stress_parts = part_values(stress, parts, diagram)
     out[rows.UTILISATION], out[rows.STRESS] = finite_log(utilisation_parts.max()), finite_log(stress_parts.max())
     for n in range(utilisation_parts.size):
         out[rows.FIRST_PART + n] = finite_log(utilisation_parts[n])
@@ -115,8 +112,9 @@ def set_rows(
         out[rows.FIRST_PART + utilisation_parts.size + n] = finite_log(stress_parts[n])
     reactions = np.empty((2, 3 * peaks))
     for i in range(3 * peaks):
-        at = 3 * order.size + i
-        side, moment = states[SIDE, at] + side_correction[at], states[MOMENT, at] + moment_correction[at]
+        at = 3 * parts.order.size + i
+        side = states[SIDE, at] + shape.side_correction[at]
+        moment = states[MOMENT, at] + shape.moment_correction[at]
         reactions[0, i] = abs(side)
         reactions[1, i] = abs(side) + strip.lever * abs(moment + side * strip.offset)
     reaction_rows(reactions, pressure_per_force, rows.FIRST_PART + utilisation_parts.size + stress_parts.size, out)

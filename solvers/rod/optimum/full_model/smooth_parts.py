@@ -9,7 +9,7 @@ intersect, and no constraint has a kink. The parts of a maximum stress are singl
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -24,8 +24,7 @@ _CLUSTER_GAP = 0.02
 """Angles [rad] closer than this belong to the same cluster, i.e. to one local extremum."""
 
 
-@dataclass(frozen=True)
-class Parts:
+class Parts(NamedTuple):
     """Combinations close to the largest.
 
     order           sorts the angles
@@ -52,19 +51,18 @@ class Parts:
         count, pieces = starts.size, diagram.lines.shape[0] + 1
         combinations = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
-        part_utilisations, part_stresses = part_values(stress, order, starts, combinations, all_stresses, *diagram)
+        candidates = Parts(order, starts, combinations, all_stresses)
+        part_utilisations, part_stresses = part_values(stress, candidates, diagram)
         combinations = np.compress(part_utilisations >= _MIN_SHARE * part_utilisations.max(), combinations, axis=1)
         all_stresses = np.compress(part_stresses >= _MIN_SHARE * part_stresses.max(), all_stresses, axis=1)
-        return Parts(order, starts, combinations, all_stresses)
+        return candidates._replace(utilisations=combinations, stresses=all_stresses)
 
 
 @kernel
-def part_values(
-    stress: Array, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array, parabola: Array
-) -> tuple[Array, Array]:
-    """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles); the other arguments
-    as in ``Parts`` and ``Diagram``."""
-    maxima, minima = _extremes(stress, order, starts)
+def part_values(stress: Array, parts: Parts, diagram: Diagram) -> tuple[Array, Array]:
+    """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles)."""
+    utilisations, stresses, (lines, parabola) = parts.utilisations, parts.stresses, diagram
+    maxima, minima = _extremes(stress, parts.order, parts.starts)
     part_utilisations, part_stresses = np.empty(utilisations.shape[1]), np.empty(stresses.shape[1])
     samples = np.empty(3)
     for n in range(part_utilisations.size):

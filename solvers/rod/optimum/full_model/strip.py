@@ -31,8 +31,7 @@ class FullStrip:
         return self.cycle.dimensions
 
     def stresses(self, angle: Array, eta: Array) -> Array:
-        d, modulus = self.dimensions, self.cycle.scene.material.elastic_modulus
-        return self.cycle.at(angle).fibre_stresses((1.0 - eta) * d.l, d.b, d.h, modulus)
+        return self.cycle.at(angle).fibre_stresses((1.0 - eta) * self.dimensions.l)
 
     def reactions(self, angle: Array) -> Array:
         piston, shape = self.cycle.scene.piston, self.cycle.at(angle)

@@ -73,7 +73,7 @@ def test_shapes_are_those_of_stumpffs_functions():
 
 def test_without_coupling_the_shape_is_a_cubic():
     """P bends nothing: V'' falls in a straight line from the clamp to the hinge beyond the head."""
-    strip = state.Strip(2.0, 1.0, ROD, 0.0, 0.0, 0.0, 1.0, 0.0, -1e9)
+    strip = state.Strip(2.0, 1.0, ROD, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, -1e9)
     states = np.empty((state.ROWS, 2))
     for i, force in enumerate((-7.0, 5.0)):
         bend_state(strip, force, 1.0, states, i)

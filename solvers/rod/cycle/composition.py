@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from solvers.numerics.arrays import Array
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, Strip, states_of
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import critical_force
@@ -185,9 +185,7 @@ class Cycle:
 
     def states(self, angle: Array) -> Array:
         """The states of the linear strip at crank angles [rad], (ROWS, angles)."""
-        states = np.empty((ROWS, angle.size))
-        fill_states(self.drive, self.strip, angle, states)
-        return states
+        return states_of(self.drive, self.strip, angle)
 
     def bent_strip(self, states: Array) -> BentStrip:
         """The strip at its states, with all corrections."""

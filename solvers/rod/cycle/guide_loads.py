@@ -24,7 +24,7 @@ from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.section import RingingShape
 from solvers.rod.piston.friction import power_per_wall, travel
-from solvers.rod.piston.skirt import both_walls
+from solvers.rod.piston.skirt import both_walls, couple_of
 from solvers.rod.scene import Scene
 
 SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_RESULTS = range(4)
@@ -61,12 +61,6 @@ def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
     mechanism, piston = scene.mechanism, scene.piston
     ratio = mechanism.crank_radius / mechanism.rod_length
     return Guide(side, moment, 6.0 / piston.skirt_length, piston.clamp_offset, power_per_wall(scene), ratio)
-
-
-@kernel
-def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
-    """6 (M0 + T e)/Lp [N] from side forces T and clamp moments M0, or from contributions to them."""
-    return lever * (moment + offset * side)
 
 
 @kernel
@@ -154,7 +148,7 @@ def _gauss_power(edges: Array, rule: Rule, guide: Guide, left: float, right: flo
     for j in range(first, first + order):
         angle = middle + half_width * _GAUSS[0, j]
         side, moment = _reactions_at(edges, rule, guide, angle)
-        wall = both_walls(abs(side), guide.lever * abs(moment + side * guide.offset))
+        wall = both_walls(abs(side), abs(couple_of(side, moment, guide.lever, guide.offset)))
         total += _GAUSS[1, j] * (wall * travel(guide.ratio, angle))
     return guide.per_wall * half_width * total / TURN
 

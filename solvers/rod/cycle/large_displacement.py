@@ -69,12 +69,9 @@ class ElasticaExpansion:
 
     @property
     def terms(self) -> int:
-        """Number of Legendre coefficients of V'' and of V."""
         return self.nodes + 2
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
-        """Add the correction to the series of V'' [1/m] and V [m] at the states' angles; return its contributions to T
-        [N] and M0 [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
         add_third_order(states, self.strip, collocation(self.nodes), curvature_series, deflection_series, side, moment)
         return side, moment

@@ -24,6 +24,7 @@ from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, first_edges, resolved_rows, rule_for
 from solvers.rod.cycle.section import Field, RingingShape, field_of
 from solvers.rod.cycle.state import ROWS, fill_states
+from solvers.rod.piston.skirt import couple_of
 
 _MAX_SLOPE_JUMPS, _OMITTED_FRACTION = 80.0, 1.0
 """Upper bound of the total slope jumps, per revolution, of a reaction's weight in the mean; fraction of the tolerance
@@ -92,7 +93,7 @@ class SampledCycle:
         possible effect of the omitted ringing on the mean wall force [N]."""
         ringing, without_ringing = self.ringing, np.stack([self.side, self.moment])
         ripple, weights = ringing.ripple, np.stack([ringing.side, ringing.moment])
-        couple, couple_weights = (guide.lever * (m + guide.offset * t) for t, m in (without_ringing, weights))
+        couple, couple_weights = (couple_of(t, m, guide.lever, guide.offset) for t, m in (without_ringing, weights))
         scale = float(np.abs(self.side).max() + np.abs(couple).max())
         reach = amplitude_bounds(ripple, weights[0]) + amplitude_bounds(ripple, couple_weights)
         reach, frequency = reach.max(axis=0) / scale, ripple.frequency.max(axis=0)

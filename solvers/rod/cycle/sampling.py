@@ -15,7 +15,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, largest, panel_error, rule_of
 from solvers.numerics.periodic import TURN
-from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, friction_corners, states_of
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Load
 
@@ -99,8 +99,7 @@ def resolved_rows(states: Array) -> Array:
 def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule, scale: Array) -> Array:
     """The states at a panel's points; ``scale`` is updated with the maximum magnitudes of the resolved rows."""
     angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
-    states = np.empty((ROWS, angle.size))
-    fill_states(drive, strip, angle, states)
+    states = states_of(drive, strip, angle)
     rows = resolved_rows(states)
     for row in range(rows.shape[0]):
         scale[row] = max(scale[row], largest(rows[row]))

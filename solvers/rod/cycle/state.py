@@ -23,7 +23,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.load.axial_force import Drive, axial_force
-from solvers.rod.piston.skirt import both_walls
+from solvers.rod.piston.skirt import both_walls, couple_of
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import critical_coupling_with_shear
@@ -101,7 +101,7 @@ def wall_force(strip: Strip, q: float) -> float:
     """int |q_wall| ds per unit lateral displacement [N/m] for the coupling q = P/EI."""
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
-    return strip.stiffness * both_walls(abs(side), strip.lever * abs(clamp + side * strip.offset))
+    return strip.stiffness * both_walls(abs(side), abs(couple_of(side, clamp, strip.lever, strip.offset)))
 
 
 @kernel
@@ -238,6 +238,14 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
 
 
 @kernel
+def states_of(drive: Drive, strip: Strip, angle: Array) -> Array:
+    """The states at the angles, (ROWS, n), as by ``fill_states``."""
+    states = np.empty((ROWS, angle.size))
+    fill_states(drive, strip, angle, states)
+    return states
+
+
+@kernel
 def bend_states(states: Array, length: float, z: float, curvature: Array, rotation: Array, integral: Array) -> None:
     """Write psi' [1/m], psi and int psi dz [m] at the section z at the states' angles, each (angles,)."""
     bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], length, z, curvature, rotation, integral)
@@ -251,7 +259,7 @@ def _wall_contact_margin(drive: Drive, strip: Strip, angle: float) -> float:
     q = strip.couples / strip.stiffness * force
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
-    return strip.lever * abs(clamp + side * strip.offset) - abs(side)
+    return abs(couple_of(side, clamp, strip.lever, strip.offset)) - abs(side)
 
 
 @kernel

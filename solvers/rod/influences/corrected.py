@@ -20,7 +20,8 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
-from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, ROWS, Strip, states_of
+from solvers.rod.influences.first_mode import Phase
 from solvers.rod.influences.inertia import InertiaParameters, Motion, first_order_motion
 from solvers.rod.influences.main_results import (
     MainResults,
@@ -36,8 +37,8 @@ from solvers.rod.load.axial_force import Drive
 from solvers.rod.strip.elastica_kernels import Collocation
 
 _ALL_MODES_FACTOR, _SIDE_FORCE_FACTOR = 1.5, 3.0
-"""Ringing of all modes relative to the first one: in general, and in the side force after jumps of the load, which
-excite all modes and show most in the highest ones."""
+"""Ringing of all modes relative to the first one: in general, and in the side force if the first mode is fast and the
+load sharp at some angle, which excites all modes and shows most in the highest ones."""
 
 _BY_UNCERTAINTY = -1.0
 """Value of ``sine_reduction`` for which it follows from the uncertainty of the phase."""
@@ -48,16 +49,15 @@ _REDUCED_RINGING, _MIN_RINGING_SHARE = 0.3, 1e-3
 
 class CorrectedRevolution(NamedTuple):
     """Relative changes of the main results without large displacement and without the strip's inertia; whether other
-    effects interact with these corrections; ``ringing_share``, ``frequency``, ``sine`` and ``sine_reduction`` of the
-    motion; and, for effects that interact, the results with full and with reduced ringing."""
+    effects interact with these corrections; ``ringing_share``, ``frequency`` and ``phase`` of the motion; and, for
+    effects that interact, the results with full and with reduced ringing."""
 
     by_large: float
     by_inertia: float
     interact: bool
     ringing_share: float
     frequency: float
-    sine: float
-    sine_reduction: float
+    phase: Phase
     full_ringing: MainResults
     reduced_ringing: MainResults
 
@@ -93,8 +93,8 @@ def corrected_revolution(
             by_large = max(by_large, change_of_shape(with_inertia, reduced_ringing))
             by_inertia = max(by_inertia, change_of_shape(with_large, reduced_ringing))
     return CorrectedRevolution(
-        by_large, by_inertia, interact, motion.ringing_share, motion.frequency, motion.sine, motion.sine_reduction,
-        full_ringing, reduced_ringing,
+        by_large, by_inertia, interact, motion.ringing_share, motion.frequency, motion.phase, full_ringing,
+        reduced_ringing,
     )  # fmt: skip
 
 
@@ -105,17 +105,16 @@ def change_with_corrections(
 ) -> tuple[float, float]:  # fmt: skip
     """Return the relative changes of the forces and of the shape between the ``full`` corrected revolution and one
     without an effect, corrected likewise, which has the given drive, strip and P_cr [N]."""
-    states, result_states = np.empty((ROWS, sampling.angle.size)), np.empty((ROWS, parameters.angle.size))
-    fill_states(drive, strip, sampling.angle, states)
+    states, result_states = states_of(drive, strip, sampling.angle), np.empty((ROWS, parameters.angle.size))
     if not states[FORCE].min() > -critical:
         return np.inf, np.inf
     for row in range(ROWS):
         for i in range(result_states.shape[1]):
             result_states[row, i] = states[row, i * every]
-    motion = first_order_motion(states, sampling, every, strip, inertia, tables, full.sine_reduction)
+    motion = first_order_motion(states, sampling, every, strip, inertia, tables, full.phase.sine_reduction)
     large = _large_displacement_correction(strip, result_states, elastica_tables)
     # As the phase is uncertain, a resonance that seems closer without the effect may be farther, and conversely.
-    uncertainty = min(motion.sine_sensitivity * abs(motion.sine - full.sine), 1.0)
+    uncertainty = min(motion.phase.sine_sensitivity * abs(motion.phase.sine - full.phase.sine), 1.0)
     forces, shape, variants = 0.0, 0.0, _variants(full.ringing_share)
     for k in range(variants if variants == 1 else 4):
         factor = 1.0 + uncertainty if k == 2 else 1.0 - uncertainty if k == 3 else 1.0
@@ -146,8 +145,8 @@ def _inertia_correction(
     """Return the correction by the motion at the angles of the results; its response without ringing is taken at the
     nearest uniform angle."""
     n, terms, uniform = parameters.angle.size, motion.series.shape[0], motion.side.size
-    jumps = motion.sign_unknown and sampling.angle.size > sampling.uniform
-    side_factor = _SIDE_FORCE_FACTOR if jumps else _ALL_MODES_FACTOR
+    is_sharp = motion.sign_unknown and sampling.angle.size > sampling.uniform
+    side_factor = _SIDE_FORCE_FACTOR if is_sharp else _ALL_MODES_FACTOR
     side, moment, series = np.empty(n), np.empty(n), np.empty((terms, n))
     for i in range(n):
         k = round(parameters.angle[i] / TURN * uniform) % uniform

@@ -29,7 +29,12 @@ _MIN_DECAY = 1e-200
 
 
 class Phase(NamedTuple):
-    """The first mode's phase after a revolution: the fields of ``inertia.Motion`` with these names."""
+    """The first mode's phase after a revolution.
+
+    sine              |sin| of half of it
+    sine_reduction    reduction of the sine, toward resonance, by the uncertainty of the phase
+    sine_sensitivity  maximum relative change of the ringing per change of the sine within that reduction
+    """
 
     sine: float
     sine_reduction: float

@@ -32,6 +32,7 @@ from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.influences.sampling import Sampling
+from solvers.rod.piston.skirt import couple_of
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under
 
@@ -65,9 +66,7 @@ class Motion(NamedTuple):
     sign_unknown                whether the ringing may have either sign at any angle
     ringing_share               share of ringing in the first mode's maximum amplitude
     frequency                   mean of Omega
-    sine                        |sin| of half the phase after a revolution
-    sine_reduction              reduction of the sine, toward resonance, by the uncertainty of the phase
-    sine_sensitivity            maximum relative change of the ringing per change of the sine within that reduction
+    phase                       the mode's phase after a revolution
     """
 
     side: Array
@@ -81,9 +80,7 @@ class Motion(NamedTuple):
     sign_unknown: bool
     ringing_share: float
     frequency: float
-    sine: float
-    sine_reduction: float
-    sine_sensitivity: float
+    phase: Phase
 
 
 @kernel
@@ -150,8 +147,7 @@ def first_order_motion(
     sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
         sides, moments, series, sides[largest], moments[largest], series[:, largest].copy(), ringing[:count],
-        sharp_response[:count], fast, ringing_share, frequency[:uniform].mean(), phase.sine, phase.sine_reduction,
-        phase.sine_sensitivity,
+        sharp_response[:count], fast, ringing_share, frequency[:uniform].mean(), phase,
     )  # fmt: skip
 
 
@@ -275,8 +271,8 @@ def _corner_ringing(
         j = (i + 1) % count
         phase += frequency[i] * step
         side_before, next_side = abs(states[SIDE, i]), abs(states[SIDE, j])
-        excess = lever * abs(states[MOMENT, i] + states[SIDE, i] * offset) - side_before
-        next_excess = lever * abs(states[MOMENT, j] + states[SIDE, j] * offset) - next_side
+        excess = abs(couple_of(states[SIDE, i], states[MOMENT, i], lever, offset)) - side_before
+        next_excess = abs(couple_of(states[SIDE, j], states[MOMENT, j], lever, offset)) - next_side
         if friction == 0.0 or excess * next_excess >= 0.0:
             continue
         fraction = excess / (excess - next_excess)

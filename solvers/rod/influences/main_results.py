@@ -31,7 +31,7 @@ from solvers.rod.cycle.state import (
     with_models,
 )
 from solvers.rod.load.axial_force import Drive, axial_force
-from solvers.rod.piston.skirt import both_walls, contact_load
+from solvers.rod.piston.skirt import both_walls, contact_load, couple_of
 from solvers.rod.strip.shear import slope_of
 
 STATIONS = 9
@@ -129,7 +129,7 @@ def evaluate(
     side, moment = states[SIDE] + correction.side, states[MOMENT] + correction.moment
     results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
     for i in range(n):
-        side_force, couple = abs(side[i]), strip.lever * abs(moment[i] + side[i] * strip.offset)
+        side_force, couple = abs(side[i]), abs(couple_of(side[i], moment[i], strip.lever, strip.offset))
         results[MAX_SIDE_FORCE] = max(results[MAX_SIDE_FORCE], side_force)
         results[MAX_CLAMP_MOMENT] = max(results[MAX_CLAMP_MOMENT], abs(moment[i]))
         results[MAX_CONTACT_LOAD] = max(results[MAX_CONTACT_LOAD], contact_load(side_force, couple))

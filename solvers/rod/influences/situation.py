@@ -13,7 +13,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Composition, strip_of
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, least_critical_force
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip, least_critical_force, states_of
 from solvers.rod.influences.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
 from solvers.rod.influences.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
 from solvers.rod.influences.main_results import (
@@ -58,8 +58,7 @@ _MAX_SECOND_DIFFERENCE = 0.03
 def _states(drive: Drive, strip: Strip, angle: Array, count: int) -> tuple[Array, Array, float, float]:
     """Return the states at the angles, |dx/dphi| [m], and the maximum second differences of the reactions at the
     uniform angles and at every other one, relative to their maxima."""
-    states, piston_travel = np.empty((ROWS, angle.size)), np.empty(angle.size)
-    fill_states(drive, strip, angle, states)
+    states, piston_travel = states_of(drive, strip, angle), np.empty(angle.size)
     for i in range(angle.size):
         piston_travel[i] = drive.crank_radius * travel(drive.crank_radius / drive.rod_length, angle[i])
     second_difference, thinned_difference = 0.0, 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.rod.piston.skirt import both_walls
+from solvers.rod.piston.skirt import both_walls, couple_of
 from solvers.rod.scene import Scene
 
 
@@ -37,7 +37,7 @@ def _power(
     """As ``power_at``, all constants in ``per_wall`` [W/N]."""
     out = np.empty(angle.size)
     for i in range(angle.size):
-        wall = both_walls(abs(side[i]), lever * abs(moment[i] + side[i] * offset))
+        wall = both_walls(abs(side[i]), abs(couple_of(side[i], moment[i], lever, offset)))
         out[i] = per_wall * wall * travel(ratio, angle[i])
     return out
 

@@ -22,6 +22,12 @@ from solvers.numerics.jit import kernel
 
 
 @kernel
+def couple_of(side: float, moment: float, lever: float, offset: float) -> float:
+    """6 (M0 + T e)/Lp [N] from side force T and clamp moment M0, or from arrays or parts of both; ``lever`` is 6/Lp."""
+    return lever * (moment + offset * side)
+
+
+@kernel
 def contact_load(side: float, couple: float) -> float:
     """Lp max|q| [N] from |T| and 6 |M|/Lp: times ``pressure_per_load`` the maximum contact pressure."""
     return side + couple

@@ -105,12 +105,12 @@ def damping_of(equation: StripEquation) -> Array:
 def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Polynomials) -> StripEquation:
     """Kernel of ``StripEquation.of``; returns no modes if the mean force buckles the strip."""
     n, l, points = table.end.size - 1, strip.length, table.zeta.size
-    lever, mean = strip.rod_length / l - 1.0, mean * strip.couples
-    blend, combination = pin_combination(table, lever), np.zeros((n + 1, n))
+    head_ratio, mean = strip.rod_length / l - 1.0, mean * strip.couples
+    blend, combination = pin_combination(table, head_ratio), np.zeros((n + 1, n))
     combination[0, 0], combination[1, 0] = blend
     for j in range(1, n):
         combination[j + 1, j] = 1.0
-    mass, geometric, tip = energy_matrices(table, lever, n)
+    mass, geometric, tip = energy_matrices(table, head_ratio, n)
     clamp_rows = np.empty((2, n))
     for k in range(2):
         combine(table.clamp[k], blend, clamp_rows[k])
@@ -145,7 +145,7 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
         bend(mean_state[0], mean_state[1], mean_state[2], mean_state[3], l, l * zeta, second, slope, value)
         for j in range(n + 1):
             if i == points:
-                products[0, j] += lever * slope[0] * table.tip[j]
+                products[0, j] += head_ratio * slope[0] * table.tip[j]
             else:
                 weight = table.weights[i]
                 products[0, j] += weight * slope[0] * table.slopes[i, j]
@@ -177,7 +177,7 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
 def quasi_static(equation: StripEquation, states: Array) -> tuple[Array, Array, Array]:
     """P - P_m [N], (angles,), and c and f (angles, modes), from a table of states (rows, angles)."""
     strip, n, angles = equation.strip, equation.masses.size, states.shape[1]
-    l, lever, shears = strip.length, strip.rod_length - strip.length, strip.compliance != 0.0
+    l, head_length, shears = strip.length, strip.rod_length - strip.length, strip.compliance != 0.0
     fluctuation, projected, tip = np.empty(angles), np.empty((angles, n)), np.empty((3, angles))
     eigenvectors = equation.eigenvectors
     if shears:
@@ -191,15 +191,15 @@ def quasi_static(equation: StripEquation, states: Array) -> tuple[Array, Array, 
         if shears:
             softening = states[SOFTENING, i]
             effective = strip.stiffness * states[COUPLING, i] - equation.mean
-            end_lateral = tip[2, i] + lever * tip[1, i]
-            moment = tip[0, i] + lever * (states[COUPLING, i] * tip[1, i] + states[SHEAR, i])
+            end_lateral = tip[2, i] + head_length * tip[1, i]
+            moment = tip[0, i] + head_length * (states[COUPLING, i] * tip[1, i] + states[SHEAR, i])
         for k in range(n):
             load = moment * tip_slope[k] - end_lateral * effective * geometric_load[k]
             projected[i, k] = load / ((1.0 + effective * equation.eigenvalues[k]) * softening)
     static = np.dot(projected, eigenvectors.T)
     if shears:
         for i in range(angles):
-            missing_lateral = (tip[2, i] + lever * tip[1, i]) / states[SOFTENING, i] - states[LATERAL, i]
+            missing_lateral = (tip[2, i] + head_length * tip[1, i]) / states[SOFTENING, i] - states[LATERAL, i]
             shear_rotation = strip.compliance * states[SHEAR, i]
             for a in range(n):
                 load = missing_lateral * equation.inertial_load[a] - shear_rotation * equation.rotation_load[a]

@@ -27,7 +27,7 @@ from solvers.numerics.panels import INSIDE, Rule, largest, panel_error, rule_of,
 from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau, radau
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, friction_corners, states_of
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import JUMP
 
@@ -55,7 +55,6 @@ _NOISE, _ABOVE_NOISE, _NARROW = 1e-15, 10.0, TURN / 64
 class Excitation:
     """What drives one strip over a revolution that starts at the first corner.
 
-    inertia              rho A omega^2 [N/m^2]
     curvature_per_force  curvature with the same stress as an axial force [1/(N m)]
     corners              angles at which the axial force or a derivative of it jumps [rad]
     jumps                angles at which the force itself jumps, corners too
@@ -66,7 +65,6 @@ class Excitation:
 
     strip: Strip
     drive: Drive
-    inertia: float
     curvature_per_force: float
     corners: Array
     jumps: Array
@@ -88,9 +86,7 @@ class Excitation:
         else:
             edges = _resolving_edges(drive, strip, jumps, anchors, rule_of(rule.points.size), tolerance)
         states = states_in(drive, strip, jumps, edges, rule)
-        return Excitation(
-            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, jumps, anchors, edges, states, rule
-        )
+        return Excitation(strip, drive, _curvature_per_force(cycle), corners, jumps, anchors, edges, states, rule)
 
     def neighbour(self, cycle: Cycle) -> Excitation | None:
         """The excitation of a neighbouring strip on the same elements, which move with the corners; None if corners
@@ -106,7 +102,7 @@ class Excitation:
         edges = np.interp(self.edges, self.anchors, anchors)
         states = states_in(drive, strip, self.jumps, edges, self.rule)
         return Excitation(
-            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, self.jumps, anchors, edges, states,
+            strip, drive, _curvature_per_force(cycle), corners, self.jumps, anchors, edges, states,
             self.rule,
         )  # fmt: skip
 
@@ -125,6 +121,11 @@ class Excitation:
     def panels(self, edges: Array) -> NDArray[np.int64]:
         """The first elements behind the corners; without corners the first one of the revolution."""
         return np.searchsorted(edges, self.corners) if self.corners.size else np.zeros(1, dtype=np.int64)
+
+    @property
+    def inertia(self) -> float:
+        """rho A omega^2 [N/m^2]."""
+        return self.strip.line_mass * self.drive.angular_speed**2
 
     @cached_property
     def smoothness(self) -> Smoothness:
@@ -207,14 +208,13 @@ def off_jumps(angle: Array, jumps: Array) -> Array:
 @kernel
 def one_sided_states(drive: Drive, strip: Strip, jumps: Array, angle: Array) -> Array:
     """The states as if jumps were not replaced by steps: extrapolated from outside the step on either side."""
-    shifted, states = off_jumps(angle, jumps), np.empty((ROWS, angle.size))
-    fill_states(drive, strip, shifted, states)
-    outside_angle, outside = np.empty(1), np.empty((ROWS, 1))
+    shifted, outside_angle = off_jumps(angle, jumps), np.empty(1)
+    states = states_of(drive, strip, shifted)
     for i in range(angle.size if jumps.size > 0 else 0):
         if shifted[i] != angle[i]:
             inward = angle[i] - shifted[i]
             outside_angle[0] = shifted[i] - math.copysign(JUMP, inward)
-            fill_states(drive, strip, outside_angle, outside)
+            outside = states_of(drive, strip, outside_angle)
             for row in range(ROWS):
                 states[row, i] += abs(inward) / JUMP * (states[row, i] - outside[row, 0])
     return states
@@ -279,13 +279,6 @@ def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, anchors: Array, r
     return np.sort(np.array(starts))
 
 
-def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """States of the quasi-static strip, including friction feedback, at the angles: (rows, angles)."""
-    states = np.empty((ROWS, angle.size))
-    fill_states(drive, strip, angle, states)
-    return states
-
-
 def _anchors(cycle: Cycle) -> tuple[Array, Array]:
     """Corners, and ends of intervals in which the force is smooth, over one revolution from the first corner."""
     load, drive = cycle.scene.load, cycle.drive
@@ -335,11 +328,6 @@ def _subdivided(corners: Array) -> Array:
         for i in range(_SUBDIVISIONS):
             out[k * _SUBDIVISIONS + i] = (corners[k] + i / _SUBDIVISIONS * (end - corners[k])) % TURN
     return out
-
-
-def _inertia(cycle: Cycle) -> float:
-    """rho A omega^2 [N/m^2]."""
-    return cycle.strip.line_mass * cycle.scene.mechanism.angular_speed**2
 
 
 def _curvature_per_force(cycle: Cycle) -> float:

@@ -118,10 +118,10 @@ def all_polynomials() -> Polynomials:
 
 
 @kernel
-def pin_combination(table: Polynomials, lever: float) -> tuple[float, float]:
-    """Normalized combination of the first two polynomials without displacement of the pin (e/l = ``lever``), which the
-    other polynomials do not displace."""
-    first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
+def pin_combination(table: Polynomials, head_ratio: float) -> tuple[float, float]:
+    """Normalized combination of the first two polynomials without displacement of the pin, which the other polynomials
+    do not displace; ``head_ratio`` is e/l."""
+    first, second = table.end[0] + head_ratio * table.tip[0], table.end[1] + head_ratio * table.tip[1]
     norm = math.hypot(first, second)
     return -second / norm, first / norm
 
@@ -135,11 +135,11 @@ def combine(row: Array, combination: tuple[float, float], out: Array) -> None:
 
 
 @kernel
-def energy_matrices(table: Polynomials, lever: float, n: int) -> tuple[Array, Array, Array]:
+def energy_matrices(table: Polynomials, head_ratio: float, n: int) -> tuple[Array, Array, Array]:
     """Ritz matrices of the basis made of the first n + 1 polynomials, for a strip of unit length with its head: mass,
     int psi_i psi_j dz, and geometric stiffness, int psi_i' psi_j' dz + e psi_i'(l) psi_j'(l), (n, n) each; and the
     slopes psi_i'(l), (n,). The bending stiffness is the unit matrix."""
-    combination = pin_combination(table, lever)
+    combination = pin_combination(table, head_ratio)
     mass, geometric, tip, rows = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty((n + 1, n))
     combine(table.tip[: n + 1], combination, tip)
     for k in range(2):
@@ -149,7 +149,7 @@ def energy_matrices(table: Polynomials, lever: float, n: int) -> tuple[Array, Ar
             combine(rows[:, j], combination, geometric[:, j] if k else mass[:, j])
     for i in range(n):
         for j in range(n):
-            geometric[i, j] += lever * tip[i] * tip[j]
+            geometric[i, j] += head_ratio * tip[i] * tip[j]
     return mass, geometric, tip
 
 

@@ -27,9 +27,9 @@ from solvers.numerics.periodic import TURN
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import ANGLE
+from solvers.rod.cycle.state import ANGLE, states_of
 from solvers.rod.vibration.equation import StripEquation, quasi_static
-from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation, off_jumps, states_at
+from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation, off_jumps
 from solvers.rod.vibration.motion import Motion, neighbouring_motion
 from solvers.rod.vibration.resolution import Resolved, resolved_motion
 
@@ -85,7 +85,6 @@ class SteadyVibration:
 
     @property
     def terms(self) -> int:
-        """Number of Legendre coefficients of V'' and of V."""
         return self._unit_curvature.shape[0]
 
     @cached_property
@@ -116,8 +115,6 @@ class SteadyVibration:
         return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
-        """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
-        there."""
         amplitudes, (side, moment) = self._amplitudes(states), self._unit_reactions
         curvature_series[: self.terms] += self._unit_curvature @ amplitudes
         deflection_series[: self.terms] += self._unit_deflection @ amplitudes
@@ -133,7 +130,7 @@ class SteadyVibration:
         outside = off_jumps(angle, excitation.jumps)
         amplitudes, within = self.motion.at(outside), outside != angle
         if within.any():
-            sides = states_at(excitation.drive, excitation.strip, outside[within])
+            sides = states_of(excitation.drive, excitation.strip, outside[within])
             equation, inside = self._equation, np.ascontiguousarray(states[:, within])
             static, outside_static = (quasi_static(equation, states)[1] for states in (inside, sides))
             amplitudes[:, within] += equation.modes @ (outside_static - static).T

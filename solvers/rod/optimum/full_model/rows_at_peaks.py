@@ -14,11 +14,11 @@ from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.cycle.bent_strip import BentStrip, fibre_stresses
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE
-from solvers.rod.optimum.core.peak_model import finite_log, peak_height, reaction_rows, set_buckled_rows
 from solvers.rod.optimum.full_model.smooth_parts import Parts, part_values
 from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.piston.skirt import pressure_per_load
+from solvers.rod.optimum.rows_at_samples import finite_log, peak_height, reaction_rows, set_buckled_rows
+from solvers.rod.piston.skirt import contact_load, couple_of, pressure_per_load
 from solvers.rod.scene import Scene
 
 
@@ -116,7 +116,7 @@ def set_rows(
         side = states[SIDE, at] + shape.side_correction[at]
         moment = states[MOMENT, at] + shape.moment_correction[at]
         reactions[0, i] = abs(side)
-        reactions[1, i] = abs(side) + strip.lever * abs(moment + side * strip.offset)
+        reactions[1, i] = contact_load(abs(side), abs(couple_of(side, moment, strip.lever, strip.offset)))
     reaction_rows(reactions, pressure_per_force, rows.FIRST_PART + utilisation_parts.size + stress_parts.size, out)
     if not np.isfinite(out).all():
         set_buckled_rows(out)

@@ -16,7 +16,7 @@ import numpy as np
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.peak_model import peak_height
+from solvers.rod.optimum.rows_at_samples import peak_height
 
 _MIN_SHARE = 0.85
 """Parts below this share of the largest are omitted."""

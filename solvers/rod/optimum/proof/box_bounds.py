@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.peak_model import finite_log
 from solvers.rod.optimum.proof.intervals import bending_over
+from solvers.rod.optimum.rows_at_samples import finite_log
 from solvers.rod.rows import (
     FIRST_PART,
     NEVER_COMPRESSED,

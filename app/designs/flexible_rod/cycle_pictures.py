@@ -43,7 +43,7 @@ def _turn(run: dict[str, Any]) -> tuple[CheckRequest, BentStrip]:
     return request, cycle.at(np.radians(np.linspace(0.0, 360.0, _ANGLES)))
 
 
-def _fibres(request: CheckRequest, turn: BentStrip, stations: np.ndarray) -> np.ndarray:
+def _fibres(turn: BentStrip, stations: np.ndarray) -> np.ndarray:
     """Stresses [MPa] of both fibres, of shape (2, stations, angles)."""
     return turn.fibre_stresses(stations) / MEGA
 
@@ -70,10 +70,10 @@ def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
 
 def stresses_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of both fibres' stresses at the governing section, with mean and amplitude of the worse one."""
-    request, turn = _turn(run)
+    _, turn = _turn(run)
     result = run["result"]
     section = result["worst_section_mm"] * MILLI
-    upper, lower = (fibre[0].tolist() for fibre in _fibres(request, turn, np.array([section])))
+    upper, lower = (fibre[0].tolist() for fibre in _fibres(turn, np.array([section])))
     angles = np.degrees(turn.angle).tolist()
     mean, amplitude = result["stress_mean_mpa"], result["stress_amplitude_mpa"]
     governs = result["worst_fibre"] or 1
@@ -99,7 +99,7 @@ def stress_along_strip(run: dict[str, Any], say: Say = str) -> str:
     length = request.strip().l
     stations = np.linspace(0.0, length, _STATIONS)
     places = (stations / MILLI).tolist()
-    fibres = _fibres(request, turn, stations)
+    fibres = _fibres(turn, stations)
     bands = [(fibre.min(axis=1).tolist(), fibre.max(axis=1).tolist()) for fibre in fibres]
     scale = around([0.0, *(value for band in bands for edge in band for value in edge)])
     legend = [(say("fibre on the outer side"), BLUE), (say("fibre on the inner side"), GREEN)]

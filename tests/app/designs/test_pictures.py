@@ -27,9 +27,9 @@ def run_of(slug: str, mode: Mode, **other: object) -> dict:
 
 def test_the_plotted_stresses_match_the_check():
     run = run_of("flexible-rod", Mode.CHECK)
-    request, turn = _turn(run)
+    _, turn = _turn(run)
     result = run["result"]
-    fibre = _fibres(request, turn, np.array([1e-3 * result["worst_section_mm"]]))[(1 - result["worst_fibre"]) // 2][0]
+    fibre = _fibres(turn, np.array([1e-3 * result["worst_section_mm"]]))[(1 - result["worst_fibre"]) // 2][0]
     assert 0.5 * (fibre.max() - fibre.min()) == pytest.approx(result["stress_amplitude_mpa"], rel=1e-4)
     assert 0.5 * (fibre.max() + fibre.min()) == pytest.approx(result["stress_mean_mpa"], rel=1e-4)
     assert turn.force.min() == pytest.approx(result["axial_force_min_n"], rel=1e-4)

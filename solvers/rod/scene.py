@@ -79,13 +79,32 @@ class PressureCurve(NamedTuple):
 
 
 class Load(Protocol):
-    """A pressure cycle of one revolution, in Pa over the crank angle from top dead centre."""
+    """A pressure cycle of one revolution, in Pa over the crank angle from top dead centre.
+
+    back_pressure          [Pa] as given, if it is
+    default_back_pressure  [Pa] otherwise: the mean of the cycle
+    """
+
+    back_pressure: float | None
+
+    @property
+    def default_back_pressure(self) -> float: ...
+
+    def reference_pressure(self) -> float:
+        """The back pressure [Pa]."""
+        return self.default_back_pressure if self.back_pressure is None else self.back_pressure
 
     def pressure(self, angle: ArrayLike) -> Array:
         """p(phi) [Pa], 2 pi periodic, same shape as the angles [rad]."""
-
-    def reference_pressure(self) -> float:
-        """The back pressure [Pa]: as given, else the mean of the cycle."""
+        level, sharpness, phase, ends, pieces = self.curve()
+        phi = np.asarray(angle, dtype=float)
+        if not ends.size:
+            half = np.sin(0.5 * (phi - phase))
+            return level * (1.0 + sharpness) / ((1.0 - sharpness) + 2.0 * sharpness * half**2)
+        phi = ends[0] + np.mod(phi - ends[0], TURN)
+        piece = np.clip(np.searchsorted(ends, phi, side="right") - 1, 0, ends.size - 2)
+        x = phi - ends[piece]
+        return ((pieces[0, piece] * x + pieces[1, piece]) * x + pieces[2, piece]) * x + pieces[3, piece]
 
     def sharp_angles(self) -> Array:
         """Angles [rad] between which the pressure is smooth; uniform sampling might miss a peak or jump there."""

@@ -49,7 +49,7 @@ def rule_for(load: Load, accuracy: float, vibrates: bool = False) -> Rule:
 def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     """Panel ends over one revolution: ends of the load's pieces and sharp angles, the corners due to friction, and
     enough in between that no panel exceeds a quarter of a revolution."""
-    breaks = _modulo_revolution(drive.breaks if drive.breaks.size > 0 else sharp)
+    breaks = _modulo_revolution(drive.curve.breaks if drive.curve.breaks.size > 0 else sharp)
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, breaks)
         breaks = np.concatenate((breaks, _modulo_revolution(corners)))

@@ -16,17 +16,13 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
-from solvers.rod.scene import Scene
+from solvers.rod.scene import PressureCurve, Scene
 
 
 class Drive(NamedTuple):
-    """Kernel representation of the machine, SI units; the first five fields are those of ``scene.PressureCurve``."""
+    """Kernel representation of the machine, SI units."""
 
-    level: float
-    sharpness: float
-    phase: float
-    breaks: Array
-    pieces: Array
+    curve: PressureCurve
     back_pressure: float
     area: float
     mass: float
@@ -39,7 +35,7 @@ def drive_of(scene: Scene, mass: float) -> Drive:
     """The drive of a scene whose axial force includes the inertia of this mass [kg] and the gas force."""
     m, load = scene.mechanism, scene.load
     return Drive(
-        *load.curve(),
+        load.curve(),
         load.reference_pressure(),
         scene.piston.area,
         float(mass),
@@ -50,7 +46,7 @@ def drive_of(scene: Scene, mass: float) -> Drive:
 
 
 @kernel
-def pressure(d: Drive, angle: float) -> float:
+def pressure(d: PressureCurve, angle: float) -> float:
     """p(phi) [Pa]."""
     if d.breaks.size == 0:
         half = math.sin(0.5 * (angle - d.phase))
@@ -71,7 +67,7 @@ def pressure(d: Drive, angle: float) -> float:
 @kernel
 def axial_force(d: Drive, angle: float) -> float:
     """P(phi) [N], tension positive."""
-    force = -(pressure(d, angle) - d.back_pressure) * d.area
+    force = -(pressure(d.curve, angle) - d.back_pressure) * d.area
     if d.mass != 0.0:
         ratio = d.crank_radius / d.rod_length
         sine, cosine = math.sin(angle), math.cos(angle)

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
@@ -66,13 +65,8 @@ class SchmidtLoad(Load):
         _require(math.isfinite(self.theta), "theta", "must be finite", "(-inf, inf)")
         require_back_pressure(self.back_pressure)
 
-    def pressure(self, angle: ArrayLike) -> Array:
-        half = np.sin(0.5 * (np.asarray(angle, dtype=float) - self.theta))
-        return self.p_min * (1.0 + self.delta) / ((1.0 - self.delta) + 2.0 * self.delta * half**2)
-
-    def reference_pressure(self) -> float:
-        if self.back_pressure is not None:
-            return self.back_pressure
+    @property
+    def default_back_pressure(self) -> float:
         return self.p_min * math.sqrt((1.0 + self.delta) / (1.0 - self.delta))
 
     def sharp_angles(self) -> Array:
@@ -98,11 +92,9 @@ class ConstantLoad(Load):
         _require(math.isfinite(self.constant_pressure), "constant_pressure", "must be finite", "(-inf, inf)")
         require_back_pressure(self.back_pressure)
 
-    def pressure(self, angle: ArrayLike) -> Array:
-        return np.full(np.shape(angle), self.constant_pressure)
-
-    def reference_pressure(self) -> float:
-        return 0.0 if self.back_pressure is None else self.back_pressure
+    @property
+    def default_back_pressure(self) -> float:
+        return 0.0
 
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.constant_pressure), 0.0, 0.0, _NO_BREAKS, _NO_PIECES)
@@ -143,15 +135,8 @@ class TableLoad(Load):
         turns = np.repeat([-TURN, 0.0, TURN], angle.size)
         return PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))
 
-    def pressure(self, angle: ArrayLike) -> Array:
-        start = self.angle[0]
-        return self._curve(start + np.mod(np.asarray(angle, dtype=float) - start, TURN))
-
-    def reference_pressure(self) -> float:
-        return self._mean if self.back_pressure is None else self.back_pressure
-
     @cached_property
-    def _mean(self) -> float:
+    def default_back_pressure(self) -> float:
         return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
 
     def sharp_angles(self) -> Array:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from solvers.crank.gas.data_faults import Repair
 from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure, repaired_indicator
@@ -19,7 +18,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.panels import split
 from solvers.numerics.periodic import TURN, distances
 from solvers.rod.load.gas import require_back_pressure, sharpest
-from solvers.rod.scene import JUMP, Mechanism, Piston, PressureCurve
+from solvers.rod.scene import JUMP, Load, Mechanism, Piston, PressureCurve
 
 _WIDEST, _CLOSE, _MOST_HALVINGS = TURN / 64, 3e-12, 12
 """Resolution of the curve: maximum width of its initial pieces [rad], the error between the interpolation points of a
@@ -32,7 +31,7 @@ _THROUGH_FOUR = 0.5 * np.array(
 
 
 @dataclass(frozen=True)
-class IndicatorLoad:
+class IndicatorLoad(Load):
     """Pressures over one revolution from an indicator diagram; ``back_pressure`` [Pa], or the cycle's mean.
 
     The volume at an angle is V_c + pi D^2/4 x(phi), x that of the exact slider-crank. If the pressures of the two
@@ -63,7 +62,7 @@ class IndicatorLoad:
     def _curve(self) -> PressureCurve:
         """Cubics through four points per piece, with the diagram's points and additional ones as ends; the step at a
         dead centre is itself a cubic, of two pieces."""
-        centres = np.array([centre for centre, _ in self.unrolled.jumps] + [TURN])
+        centres = np.append(self.jumps(), TURN)
         points = self.unrolled.breaks
         away = np.min(np.abs(points[:, None] - centres), axis=1) > 2.0 * JUMP
         ends = np.concatenate([points[away], centres[1:] - JUMP, centres[1:], centres + JUMP])
@@ -108,26 +107,15 @@ class IndicatorLoad:
     def jumps(self) -> Array:
         return np.array([centre for centre, _ in self.unrolled.jumps])
 
-    def pressure(self, angle: ArrayLike) -> Array:
-        ends, pieces = self._curve.breaks, self._curve.pieces
-        phi = ends[0] + np.mod(np.asarray(angle, dtype=float) - ends[0], TURN)
-        piece = np.clip(np.searchsorted(ends, phi, side="right") - 1, 0, ends.size - 2)
-        t = phi - ends[piece]
-        return ((pieces[0, piece] * t + pieces[1, piece]) * t + pieces[2, piece]) * t + pieces[3, piece]
-
     @cached_property
-    def _mean(self) -> float:
+    def default_back_pressure(self) -> float:
         width, powers = np.diff(self._curve.breaks), np.arange(4, 0, -1)[:, None]
         return float(np.sum(self._curve.pieces * width**powers / powers)) / TURN
-
-    def reference_pressure(self) -> float:
-        return self._mean if self.back_pressure is None else self.back_pressure
 
     def sharp_angles(self) -> Array:
         """The diagram's points (of a very long one only the extreme points) and the ends of the steps at the dead
         centres."""
-        centres = np.array([centre for centre, _ in self.unrolled.jumps])
-        points = np.unique(np.mod(self.unrolled.breaks, TURN))
+        centres, points = self.jumps(), np.unique(np.mod(self.unrolled.breaks, TURN))
         points = sharpest(points, self.unrolled.pressure(points))
         return np.unique(np.mod(np.concatenate([points, centres - JUMP, centres + JUMP]), TURN))
 

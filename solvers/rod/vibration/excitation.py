@@ -79,7 +79,7 @@ class Excitation:
         greatest of each."""
         strip, drive, jumps = cycle.strip, cycle.drive, cycle.scene.load.jumps()
         corners, anchors = _anchors(cycle)
-        if drive.breaks.size and not corners.size:
+        if drive.curve.breaks.size and not corners.size:
             tolerance = max(tolerance, 1e-6)
         if corners.size >= MANY:
             edges = split(anchors, _WIDEST)
@@ -282,7 +282,7 @@ def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, anchors: Array, r
 def _anchors(cycle: Cycle) -> tuple[Array, Array]:
     """Corners, and ends of intervals in which the force is smooth, over one revolution from the first corner."""
     load, drive = cycle.scene.load, cycle.drive
-    sharp = _NO_ANGLES if drive.breaks.size else load.sharp_angles()
+    sharp = _NO_ANGLES if drive.curve.breaks.size else load.sharp_angles()
     return anchors_of(drive, cycle.strip, load.corners(), load.jumps(), sharp)
 
 

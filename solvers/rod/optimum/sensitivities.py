@@ -18,7 +18,7 @@ from solvers.outcome import ActiveConstraint
 from solvers.rod import rows
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.objectives import Objective
-from solvers.rod.problem import Bounds
+from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
 
@@ -66,13 +66,13 @@ class _Active(NamedTuple):
 
 
 def stationarity(
-    values: Array, jacobian: Array, layout: Layout, objective: Objective, limits: Limits, bounds: Bounds, sizes: Bounds,
-    d: Dimensions, tolerance: float = ACTIVE,
+    values: Array, jacobian: Array, layout: Layout, objective: Objective, limits: Limits, sizes: Sizes, d: Dimensions,
+    tolerance: float = ACTIVE,
 ) -> Stationarity:  # fmt: skip
     """First-order conditions of the rows at a strip; rows within ``tolerance`` of their limits are active.
 
-    ``sizes`` are the bounds restricted to available sizes. A dimension that is free in ``bounds`` but fixed in
-    ``sizes`` is a constraint of its own, named ``h_size`` etc., with the sensitivity to the size itself.
+    A size that the bounds leave free, but not those available, is a constraint of its own, named ``h_size`` etc., with
+    the sensitivity to the size itself.
     """
     active: list[_Active] = []
     for constraint in CONSTRAINTS:
@@ -83,10 +83,11 @@ def stationarity(
         for row in parts:
             if abs(values[row] - limit) < tolerance:
                 active.append(_Active(constraint.name, sign, jacobian[row], row))
+    available = sizes.around(d)
     for index, name in enumerate(("b", "h", "l")):
-        value, (low, high) = getattr(d, name), getattr(bounds, name)
+        value, (low, high) = getattr(d, name), getattr(sizes.bounds, name)
         unit = np.eye(3)[index]
-        if low < high and len(set(getattr(sizes, name))) == 1:
+        if low < high and len(set(getattr(available, name))) == 1:
             active += [_Active(f"{name}_size", sign, sign * unit) for sign in (-1.0, 1.0)]
             continue
         for side, bound, sign in (("lower", low, -1.0), ("upper", high, 1.0)):

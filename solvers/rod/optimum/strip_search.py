@@ -296,10 +296,9 @@ class StripSearch:
         limits."""
         best = optimum.local.at
         if not self.out_of_time:
-            fixed = self.sizes.around(best.dimensions)
-            optimum.conditions = optimum.conditions or first_order_conditions(context, best, context.bounds, fixed)
+            optimum.conditions = optimum.conditions or first_order_conditions(context, best)
             try:
-                context, optimum = refine_checks(context, optimum, fixed)
+                context, optimum = refine_checks(context, optimum)
             except OutOfTime:
                 self.out_of_time = True
         return self._answers(context).of_full_model(proof, beyond, optimum)

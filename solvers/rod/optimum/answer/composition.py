@@ -64,7 +64,7 @@ class Answers:
         x = logarithms(best.dimensions)
         conditions = stationarity(
             best.active.values(x), best.active.jacobian(x), best.active.layout, p.objective, limits,
-            self.context.bounds, self.context.sizes.around(result.dimensions), result.dimensions,
+            self.context.sizes, result.dimensions,
         )  # fmt: skip
         value, cost = p.objective.read(result), p.objective.log_cost(result, p.scene)
         # The bound is inexact by the shift of the search's limits and by the error of its objective value.

@@ -39,7 +39,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
         return _optimum_over_gaps(context, exploratory)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
-        conditions = first_order_conditions(context, local.at, context.bounds, context.bounds)
+        conditions = first_order_conditions(context, local.at)
         second = second_order(local.at, conditions, context.bounds)
         if second.predicted_gain <= context.task.min_gain:
             break
@@ -61,5 +61,5 @@ def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None
     best = refined_best(context, exploratory.results, lambda _: context.bounds)
     if best is None or not best.feasible:
         return None if best is None else Optimum(best)
-    conditions = first_order_conditions(context, best.at, context.bounds, context.bounds)
+    conditions = first_order_conditions(context, best.at)
     return Optimum(best, conditions, remaining_gain=gain, ratio_range=ratio_range)

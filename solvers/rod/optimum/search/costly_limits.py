@@ -14,7 +14,6 @@ from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import local_search
 from solvers.rod.optimum.search.optimality import first_order_conditions
 from solvers.rod.optimum.search.optimum import Optimum
-from solvers.rod.problem import Bounds
 
 _ERROR_SHARE = 0.3
 """Share of the accuracy that the amplified errors of the finer checks may take."""
@@ -35,9 +34,9 @@ def objective_error(context: Context, optimum: Optimum) -> float:
     return check + gain + _sum_of_multipliers(optimum) * (context.task.margin + check)
 
 
-def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> tuple[Context, Optimum]:
-    """The optimum searched again within bounds with checks so fine that their amplified errors are negligible, and the
-    context of that search; both unchanged if the accuracy is met, or if no check attains it."""
+def refine_checks(context: Context, optimum: Optimum) -> tuple[Context, Optimum]:
+    """The optimum searched again with checks so fine that their amplified errors are negligible, and the context of
+    that search; both unchanged if the accuracy is met, or if no check attains it."""
     best, accuracy = optimum.local.at, context.model.accuracy
     factor = _ERROR_SHARE / max(_sum_of_multipliers(optimum), _ERROR_SHARE)
     if factor == 1.0 or objective_error(context, optimum) <= accuracy or best.outcome.accuracy.estimated > accuracy:
@@ -47,10 +46,10 @@ def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> 
     if model.has_resonances:
         model = model.finer(None if model.is_excited_by_corners else context.coarse.model)
     refined = replace(context, model=model, task=task)
-    result = local_search(refined.model, task, search_bounds, best.x, _RADIUS)
+    result = local_search(model, task, context.sizes.around(best.dimensions), best.x, _RADIUS)
     if result is None or not result.feasible:
         return context, optimum
-    conditions = first_order_conditions(refined, result.at, context.bounds, search_bounds)
+    conditions = first_order_conditions(refined, result.at)
     return refined, replace(optimum, local=result, conditions=conditions)
 
 

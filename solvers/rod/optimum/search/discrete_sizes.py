@@ -30,7 +30,6 @@ from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.search.optimality import first_order_conditions
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
-from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.scene import Dimensions
 
 _SHIFTS = 5
@@ -60,7 +59,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     local = refined_best(context, exploratory.results, context.slice_around)
     if local is None:
         return None
-    conditions = _conditions(context, local) if local.feasible else None
+    conditions = first_order_conditions(context, local.at) if local.feasible else None
     return replace(optimum, local=local, conditions=conditions)
 
 
@@ -91,7 +90,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         strip = context.best().at.dimensions
         gain, ratio_range = search_other_gaps(context, context.slice_around(strip))
     best = context.best()
-    return Optimum(best, _conditions(context, best), remaining_gain=gain, ratio_range=ratio_range)
+    return Optimum(best, first_order_conditions(context, best.at), remaining_gain=gain, ratio_range=ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
@@ -134,11 +133,6 @@ def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None
     best = context.best()
     while best is not None and _search_neighbours(context, best, best, tried):
         best = context.best()
-
-
-def _conditions(context: Context, best: LocalResult) -> Stationarity:
-    slice_bounds = context.sizes.around(best.at.dimensions)
-    return first_order_conditions(context, best.at, context.bounds, slice_bounds)
 
 
 def _slice_key(context: Context, d: Dimensions) -> tuple[float, ...]:

@@ -19,12 +19,12 @@ _MAX_STEP = 0.1
 """Length of a step along negative curvature, in ln b, ln h, ln l."""
 
 
-def first_order_conditions(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) -> Stationarity:
+def first_order_conditions(context: Context, at: Iterate) -> Stationarity:
     """First-order optimality conditions of the full model at an iterate."""
     values, slopes = at.memory.values(at.x), at.memory.jacobian(at.x)
     tolerance = max(1e-6, 10.0 * context.task.margin)
     return stationarity(
-        values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,
+        values, slopes, at.memory.active.layout, context.problem.objective, at.limits, context.sizes,
         at.dimensions, tolerance,
     )  # fmt: skip
 

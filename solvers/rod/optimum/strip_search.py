@@ -154,7 +154,7 @@ class StripSearch:
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = core.excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
-        starts = [core.strip, *self.known, *([context.bounds.stiffest] if influence > 1.0 else [])]
+        starts = [core.strip, *self.known, *([context.sizes.bounds.stiffest] if influence > 1.0 else [])]
         attainable = self._requirements_as_objectives(context)
         try:
             optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
@@ -256,7 +256,7 @@ class StripSearch:
                 if _is_feasible(optimum):
                     return optimum
                 # At low accuracy a search does not find strips in the little room that limits may leave.
-                end = context.search_from(start, context.slice_around(start))
+                end = context.search_from(start, context.sizes.around(start))
                 ends += [] if end is None else [end]
             closest = min(ends, key=lambda end: end.at.excess, default=None)
             return optimum if closest is None else Optimum(closest)

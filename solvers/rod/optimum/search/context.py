@@ -72,15 +72,6 @@ class Context:
                 found.append(result)
         return len(found)
 
-    @property
-    def bounds(self) -> Bounds:
-        """The bounds of the problem, with the length limited to the rod's."""
-        return self.sizes.bounds
-
-    def slice_around(self, d: Dimensions) -> Bounds:
-        """These bounds, with discrete sizes fixed at the available ones nearest to a strip."""
-        return self.sizes.around(d)
-
     def search_from(
         self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int | None = None,
         incumbent: float = math.inf,
@@ -101,7 +92,7 @@ class Context:
         if not self.model.has_resonances:
             return self
         model = self.model.coarser(_COARSE_ACCURACY)
-        estimated = model.check(dimensions_within(self.bounds, logarithms(start))).accuracy.estimated
+        estimated = model.check(dimensions_within(self.sizes.bounds, logarithms(start))).accuracy.estimated
         if estimated > model.accuracy and not model.is_excited_by_corners:
             model = model.at_accuracy(min(estimated, _MAX_COARSE_ACCURACY))
         factor = model.accuracy / self.model.accuracy

@@ -30,7 +30,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     exploratory = context.exploratory(starts[0])
     max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
     for start in starts:
-        exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
+        exploratory.search_from(start, context.sizes.bounds, max_iterations=max_iterations)
     local = exploratory.best()
     if local is None or not local.feasible:
         return None if local is None else Optimum(local)
@@ -40,12 +40,12 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     for _ in range(_NEWTON_STEPS):
         local = context.best()
         conditions = first_order_conditions(context, local.at)
-        second = second_order(local.at, conditions, context.bounds)
+        second = second_order(local.at, conditions, context.sizes.bounds)
         if second.predicted_gain <= context.task.min_gain:
             break
         for step in second.steps:
             start = dimensions_of(local.at.x + step, context.model.scene)
-            context.search_from(start, context.bounds, CURVATURE_STEP)
+            context.search_from(start, context.sizes.bounds, CURVATURE_STEP)
         if local.at.log_cost - context.best().at.log_cost <= context.task.min_gain:
             # Searches from the predicted points refute the prediction.
             second = replace(second, predicted_gain=0.0)
@@ -56,9 +56,9 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
 def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
     """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
     for start in optima_at_other_lengths(exploratory, exploratory.best().at):
-        exploratory.search_from(start, context.bounds, max_iterations=_COARSE_ITERATIONS)
-    gain, ratio_range = search_other_gaps(exploratory, context.bounds, exploratory.results)
-    best = refined_best(context, exploratory.results, lambda _: context.bounds)
+        exploratory.search_from(start, context.sizes.bounds, max_iterations=_COARSE_ITERATIONS)
+    gain, ratio_range = search_other_gaps(exploratory, context.sizes.bounds, exploratory.results)
+    best = refined_best(context, exploratory.results, lambda _: context.sizes.bounds)
     if best is None or not best.feasible:
         return None if best is None else Optimum(best)
     conditions = first_order_conditions(context, best.at)

@@ -56,7 +56,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     if exploratory is context or optimum is None:
         return optimum
     context.results = []
-    local = refined_best(context, exploratory.results, context.slice_around)
+    local = refined_best(context, exploratory.results, context.sizes.around)
     if local is None:
         return None
     conditions = first_order_conditions(context, local.at) if local.feasible else None
@@ -88,14 +88,14 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         context.confirm_effects(best)
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         strip = context.best().at.dimensions
-        gain, ratio_range = search_other_gaps(context, context.slice_around(strip))
+        gain, ratio_range = search_other_gaps(context, context.sizes.around(strip))
     best = context.best()
     return Optimum(best, first_order_conditions(context, best.at), remaining_gain=gain, ratio_range=ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
     """Search slices on paths over gaps other than the best strip's, and the neighbours of better strips."""
-    gaps = Gaps(context.task, context.bounds, min_distance=0.0)
+    gaps = Gaps(context.task, context.sizes.bounds, min_distance=0.0)
     for _ in range(_MAX_SLICES):
         best = context.best()
         start = gaps.next_start(best.at, lambda d: _is_new_slice(context, d, tried))
@@ -107,7 +107,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
 
 def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
     """Whether the slice of a strip has not been searched, or only from points far from it."""
-    x = logarithms(dimensions_within(context.slice_around(d), logarithms(d)))
+    x = logarithms(dimensions_within(context.sizes.around(d), logarithms(d)))
     points = [*context.start_points, *(result.at.x for result in context.results)]
     return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
@@ -148,7 +148,7 @@ def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, .
     best = context.best()
     has_incumbent = context.model.has_resonances and best is not None and best.feasible
     incumbent = best.at.log_cost if has_incumbent else math.inf
-    return context.search_from(strip, context.slice_around(strip), incumbent=incumbent)
+    return context.search_from(strip, context.sizes.around(strip), incumbent=incumbent)
 
 
 def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
@@ -176,7 +176,7 @@ def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult,
 def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
     """The strip of a slice with the frequency ratio of another strip, to first order, because the core contains no
     resonances; the strip itself without resonances or continuous sizes."""
-    slice_bounds = context.slice_around(strip)
+    slice_bounds = context.sizes.around(strip)
     free = [high > low for low, high in (slice_bounds.b, slice_bounds.h, slice_bounds.l)]
     if not context.model.has_resonances or not any(free):
         return strip
@@ -191,7 +191,7 @@ def _predicted_cost(
     """Lower estimate of ln objective in a strip's slice by the corrected core, and its strip; None if infeasible."""
     error = _MODEL_ERROR_RATE * float(np.max(np.abs(logarithms(strip) - logarithms(centre))))
     relaxed = {row: limit + error for row, limit in limits.items()}
-    result = polish(context.cycle, context.problem.objective, relaxed, context.slice_around(strip), strip, _TOLERANCE)
+    result = polish(context.cycle, context.problem.objective, relaxed, context.sizes.around(strip), strip, _TOLERANCE)
     if result is None:
         return None
     shift = 0.0 if context.problem.objective.is_geometric else error
@@ -200,7 +200,7 @@ def _predicted_cost(
 
 def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
     """Strips with sizes a few steps away from a strip's, within the bounds."""
-    sizes, b = context.sizes, context.bounds
+    sizes, b = context.sizes, context.sizes.bounds
     lengths = _steps(d.l, sizes.step_l, b.l)
     for height in sizes.stock_near(d.h, _NEIGHBOUR_STEPS):
         # Of the same width, or of the same bending stiffness.

@@ -80,14 +80,14 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
         return None if iterate is None else LocalResult(iterate, math.inf)
     coarse = context.coarse or context.exploratory(start)
     if not coarse.results:
-        coarse.search_from(start, context.bounds)
+        coarse.search_from(start, context.sizes.bounds)
     best = coarse.best()
     if coarse is context or best is None or best.feasible:
         return best
     strip = best.at.dimensions
     error = max(POSSIBLY_FEASIBLE * coarse.model.accuracy, best.at.outcome.accuracy.estimated)
     if best.at.excess < error:
-        return context.search_from(strip, context.bounds)
+        return context.search_from(strip, context.sizes.bounds)
     iterate = checked_without_model(context, strip)
     return best if iterate is None else LocalResult(iterate, math.inf)
 

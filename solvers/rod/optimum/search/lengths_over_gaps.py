@@ -45,7 +45,7 @@ def promising_lengths(context: Context, best: Iterate) -> list[Dimensions]:
 def _centres(context: Context, best: Iterate) -> Iterator[Dimensions]:
     """The best strip and, for each neighbouring thickness, the optimum of the corrected core."""
     check, sizes = best.outcome.value, context.sizes
-    d, bounds = check.dimensions, context.bounds
+    d, bounds = check.dimensions, context.sizes.bounds
     limits = context.corrected_core_limits(d, check, -_MODEL_ERROR)
     correction = context.objective_correction(d)
     for height in sizes.stock_near(d.h, 1):
@@ -62,7 +62,7 @@ def _centres(context: Context, best: Iterate) -> Iterator[Dimensions]:
 
 def _row(context: Context, centre: Dimensions, best: Iterate) -> list[tuple[float, Dimensions]]:
     """Merits and strips of a row of lengths around a strip, in the order of length."""
-    cycle, step, (shortest, longest) = best.memory.active.base_cycle, context.sizes.step_l, context.bounds.l
+    cycle, step, (shortest, longest) = best.memory.active.base_cycle, context.sizes.step_l, context.sizes.bounds.l
     gap = centre.l * math.exp(-log_frequency_ratio(cycle)) / abs(log_frequency_ratio_gradient(cycle)[2])
     stride = gap / _PER_GAP
     if step is not None:

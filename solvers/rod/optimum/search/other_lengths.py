@@ -35,12 +35,12 @@ def optima_at_other_lengths(context: Context, best: Iterate) -> list[Dimensions]
 
     def optimum(middle: float) -> Polished | None:
         low, high = (
-            min(max(l, context.bounds.l[0]), context.bounds.l[1])
+            min(max(l, context.sizes.bounds.l[0]), context.sizes.bounds.l[1])
             for l in (middle * math.exp(-0.5 * _RANGE), middle * math.exp(0.5 * _RANGE))
         )
         if high <= low:
             return None
-        sizes = replace(context.sizes, bounds=replace(context.bounds, l=(low, high)))
+        sizes = replace(context.sizes, bounds=replace(context.sizes.bounds, l=(low, high)))
         return search(context.cycle, context.problem.objective, limits, sizes, _GAP, _MAX_BOXES).best
 
     reference = optimum(d.l)

@@ -156,7 +156,7 @@ class _Design:
         Effects beyond the core widen its bound by their influence; the gap is then closed only to a share of that.
         """
         gap, core = max(_COARSE_GAP, self.accuracy), None
-        with_inertia = _INERTIA in (chosen if fixed else chosen | self.selected.at(self.middle))
+        with_inertia = _INERTIA in (chosen if fixed else chosen | self.selected.at(self.search.sizes.bounds.middle))
         share = _DISCRETE_GAP_SHARE if self.search.sizes.discrete else _GAP_SHARE
         while True:
             core = self.search.core(with_inertia, gap, core)
@@ -170,11 +170,6 @@ class _Design:
             if gap <= required_gap or core.proof.best is None:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)
-
-    @property
-    def middle(self) -> Dimensions:
-        """The strip in the middle of the bounds, no longer than the rod."""
-        return self.search.sizes.bounds.middle
 
     def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""

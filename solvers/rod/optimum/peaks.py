@@ -83,18 +83,6 @@ class Peaks(NamedTuple):
     reactions: Array
     compressions: Array = np.empty(0)
 
-    def stencils(self, spacing: float | Array = ANGLE_STEP) -> Array:
-        """Three angles per extreme of stress: the peak and a neighbour on each side."""
-        return _stencils(self.angles, spacing)
-
-    def reaction_stencils(self, spacing: float | Array = ANGLE_STEP) -> Array:
-        """Three angles per peak of the reactions."""
-        return _stencils(self.reactions, spacing)
-
-    def compression_stencils(self, spacing: float = ANGLE_STEP) -> Array:
-        """Three angles per peak of compression."""
-        return _stencils(self.compressions, spacing)
-
     def stations(self) -> Array:
         """eta of the clamp, then of each other section and a neighbour on each side."""
         middle = np.clip(self.sections, SECTION_STEP, 1.0 - SECTION_STEP)
@@ -121,7 +109,8 @@ def _split_at_jumps(angles: Array, jumps: Array, spacing: float) -> Array:
     return np.unique(np.concatenate([angles[np.all(distance >= spacing, axis=1)], sides.ravel()]))
 
 
-def _stencils(angles: Array, spacing: float | Array) -> Array:
+def stencils(angles: Array, spacing: float | Array) -> Array:
+    """Three angles per peak: its own and a neighbour on each side."""
     return (angles[:, None] + np.reshape(spacing, (-1, 1)) * _STENCIL).ravel()
 
 

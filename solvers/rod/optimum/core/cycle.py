@@ -27,6 +27,7 @@ from solvers.rod.optimum.peaks import (
     distance_to_corners,
     find_peaks,
     reaction_peaks,
+    stencils,
 )
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
@@ -89,10 +90,9 @@ class CoreCycle:
 
     def rows_near(self, peaks: Peaks, required: RequiredResults) -> CoreRows:
         """Rows of the strips near the one with these peaks."""
-        stencils = peaks.stencils(self._spacing(peaks.angles))
-        reactions = peaks.reaction_stencils(self._spacing(peaks.reactions))
+        stresses, reactions = (stencils(angles, self._spacing(angles)) for angles in (peaks.angles, peaks.reactions))
         core = CorePeaks(
-            self.axial_force(stencils), self.lateral_displacement(stencils), peaks.stations(),
+            self.axial_force(stresses), self.lateral_displacement(stresses), peaks.stations(),
             self.axial_force(reactions), self.lateral_displacement(reactions),
             *(self.mean_samples if required.power else (np.empty(0),) * 3),
             *self.diagram, self.compression, self.guide, self.modulus, self.rod_length,

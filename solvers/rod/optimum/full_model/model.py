@@ -31,7 +31,7 @@ from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
 from solvers.rod.optimum.full_model.smooth_parts import Parts
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
-from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, RequiredResults, compression_peaks, find_peaks
+from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, RequiredResults, compression_peaks, find_peaks, stencils
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
@@ -244,7 +244,7 @@ class FullModel:
 
     def rows_near(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one at the given peaks, which are its own and possibly those of other strips."""
-        stresses = self.strip(d).stresses(peaks.stencils(self.angle_step), peaks.stations())
+        stresses = self.strip(d).stresses(stencils(peaks.angles, self.angle_step), peaks.stations())
         parts = Parts.near_maximum(stresses, peaks.angles, self.criterion.diagram())
         return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 

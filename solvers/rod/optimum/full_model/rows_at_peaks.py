@@ -16,7 +16,7 @@ from solvers.rod.cycle.bent_strip import BentStrip, fibre_stresses
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE
 from solvers.rod.optimum.full_model.smooth_parts import Parts, part_values
 from solvers.rod.optimum.full_model.strip import FullStrip
-from solvers.rod.optimum.peaks import Peaks
+from solvers.rod.optimum.peaks import Peaks, stencils
 from solvers.rod.optimum.rows_at_samples import finite_log, peak_height, reaction_rows, set_buckled_rows
 from solvers.rod.piston.skirt import contact_load, couple_of, pressure_per_load
 from solvers.rod.scene import Scene
@@ -68,9 +68,7 @@ class RowsAtPeaks:
     def _angles(self) -> Array:
         """Angles of the stencils of stresses, of reactions, and of the maximum compression [rad]."""
         p = self.peaks
-        return np.concatenate(
-            [p.stencils(self.spacing), p.reaction_stencils(self.spacing), p.compression_stencils(self.spacing)]
-        )
+        return stencils(np.concatenate([p.angles, p.reactions, p.compressions]), self.spacing)
 
     @cached_property
     def _stations(self) -> Array:

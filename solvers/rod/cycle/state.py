@@ -273,21 +273,27 @@ def friction_corners(drive: Drive, strip: Strip, further: Array) -> Array:
     for i in range(1, angle.size):
         value_here = _wall_contact_margin(drive, strip, angle[i])
         if last_value * value_here < 0.0:
-            # Regula falsi; the value at an end that is kept twice is halved (Illinois).
-            left, right, left_value, right_value, last_middle = angle[i - 1], angle[i], last_value, value_here, np.inf
-            side = 0
-            middle = right
-            while abs(middle - last_middle) > 4.0 * _EPS * max(abs(middle), 1.0):
-                last_middle, middle = middle, right - right_value * (right - left) / (right_value - left_value)
-                if not left < middle < right:
-                    break
-                value = _wall_contact_margin(drive, strip, middle)
-                if value * right_value > 0.0:
-                    right, right_value, left_value = middle, value, left_value if side <= 0 else 0.5 * left_value
-                    side = 1
-                else:
-                    left, left_value, right_value = middle, value, right_value if side >= 0 else 0.5 * right_value
-                    side = -1
-            corners.append(min(max(middle, left), right))
+            corners.append(_switch_between(drive, strip, angle[i - 1], angle[i], last_value, value_here))
         last_value = value_here
     return np.array(corners)
+
+
+@kernel
+def _switch_between(
+    drive: Drive, strip: Strip, left: float, right: float, left_value: float, right_value: float
+) -> float:
+    """The angle [rad] at which the margin of contact, given at both ends, changes its sign: by regula falsi, where the
+    value at an end that is kept twice is halved (Illinois)."""
+    last_middle, middle, side = np.inf, right, 0
+    while abs(middle - last_middle) > 4.0 * _EPS * max(abs(middle), 1.0):
+        last_middle, middle = middle, right - right_value * (right - left) / (right_value - left_value)
+        if not left < middle < right:
+            break
+        value = _wall_contact_margin(drive, strip, middle)
+        if value * right_value > 0.0:
+            right, right_value, left_value = middle, value, left_value if side <= 0 else 0.5 * left_value
+            side = 1
+        else:
+            left, left_value, right_value = middle, value, right_value if side >= 0 else 0.5 * right_value
+            side = -1
+    return min(max(middle, left), right)

@@ -15,7 +15,8 @@ from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import FEW_CORNERS, RULE, Excitation
-from solvers.rod.vibration.motion import EXPONENT, MOST_RINGING, NARROW, Errors, Motion, least_phases, motion
+from solvers.rod.vibration.motion import Errors, Motion
+from solvers.rod.vibration.periodic_motion import EXPONENT, MOST_RINGING, NARROW, least_phases, motion
 
 POLYNOMIAL_COUNTS = (9, 11, 13, 16, 20, 26, 34)
 """Numbers of polynomials along the strip, by level of resolution."""

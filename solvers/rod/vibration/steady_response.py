@@ -30,7 +30,8 @@ from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import ANGLE, states_of
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation, off_jumps
-from solvers.rod.vibration.motion import Motion, neighbouring_motion
+from solvers.rod.vibration.motion import Motion
+from solvers.rod.vibration.periodic_motion import neighbouring_motion
 from solvers.rod.vibration.resolution import Resolved, resolved_motion
 
 LEAST_ERROR = 3e-11

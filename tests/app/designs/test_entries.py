@@ -57,7 +57,7 @@ def test_the_largest_units_are_compiled_first() -> None:
     for dear in (
         "linear_check._check",
         "influences.corrected.change_with_corrections",
-        "cycle.sampled._results",
+        "cycle.field_results.field_results",
     ):
         assert any(f"solvers.rod.{dear}" in kernels for kernels in first)
 

@@ -15,7 +15,7 @@ from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.state import MOMENT, SIDE
-from solvers.rod.vibration import motion as motions
+from solvers.rod.vibration import periodic_motion as motions
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import Excitation, states_at
 

@@ -13,7 +13,7 @@ from solvers.errors import InvalidInput
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import resolution
 from solvers.rod.vibration.excitation import Excitation
-from solvers.rod.vibration.motion import motion
+from solvers.rod.vibration.periodic_motion import motion
 from tests.solvers.rod.machines import PAPER, STRIP
 from tests.solvers.rod.vibration.test_jumps import UnderADiagram
 

@@ -17,11 +17,11 @@ from solvers.rod.cycle.guide_loads import magnitude
 from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.piston.friction import power_at
-from solvers.rod.vibration import motion as motions
+from solvers.rod.vibration import periodic_motion as motions
 from solvers.rod.vibration.equation import StripEquation, damping_of, quasi_static
 from solvers.rod.vibration.excitation import RULE, Excitation, states_at
 from solvers.rod.vibration.free_modes import free_mode
-from solvers.rod.vibration.motion import motion
+from solvers.rod.vibration.periodic_motion import motion
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP
 

@@ -13,7 +13,7 @@ from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import resolution
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import MANY, Excitation
-from solvers.rod.vibration.motion import motion
+from solvers.rod.vibration.periodic_motion import motion
 from tests.solvers.rod.machines import PAPER, STRIP
 from tests.solvers.rod.vibration.test_ringing import QUICK, integrated, reactions
 

@@ -15,9 +15,9 @@ from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import Diagram
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
+from solvers.rod.cycle.corrected_sampling import SampledCycle
 from solvers.rod.cycle.field_results import FIELD_RESULTS
 from solvers.rod.cycle.peaks_along_strip import STRIP_RESULTS
-from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
     FIELD_COLUMNS,

@@ -10,7 +10,7 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Outcome
 from solvers.rod.constraints import BY_NAME
-from solvers.rod.optimum.answer.composition import RodDesign
+from solvers.rod.optimum.answer.answers import RodDesign
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
 from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.strip_search import CoreOptimum, SearchResult, StripSearch, beyond_core

@@ -32,7 +32,7 @@ from solvers.rod.influences.main_results import (
     evaluate,
     sum_of_corrections,
 )
-from solvers.rod.influences.sampling import Sampling
+from solvers.rod.influences.sampled_angles import Sampling
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.strip.elastica_kernels import Collocation
 

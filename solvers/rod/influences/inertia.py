@@ -31,7 +31,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
-from solvers.rod.influences.sampling import Sampling
+from solvers.rod.influences.sampled_angles import Sampling
 from solvers.rod.piston.skirt import couple_of
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under

@@ -25,7 +25,7 @@ from solvers.rod.influences.main_results import (
     evaluate_linear,
     without_part,
 )
-from solvers.rod.influences.sampling import Sampling, SharpAngles, sharp_angles, uniform_angles, with_sharp_angles
+from solvers.rod.influences.sampled_angles import Sampling, SharpAngles, sharp_angles, uniform_angles, with_sharp_angles
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.piston.friction import travel
 from solvers.rod.scene import Dimensions, Scene

@@ -17,7 +17,7 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, choose_for, compose
-from solvers.rod.optimum.answer.composition import Answers, RodDesign
+from solvers.rod.optimum.answer.answers import Answers, RodDesign
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
 from solvers.rod.optimum.full_model.frequency_ratio import is_stable

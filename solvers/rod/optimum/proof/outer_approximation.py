@@ -18,7 +18,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.core.optimum import Polished, polish
+from solvers.rod.optimum.core.local_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, RequiredResults
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove

@@ -20,7 +20,7 @@ from itertools import product
 import numpy as np
 
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core.optimum import dimensions_within, polish
+from solvers.rod.optimum.core.local_optimum import dimensions_within, polish
 from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Context

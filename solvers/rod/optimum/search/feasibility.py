@@ -12,7 +12,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.objectives import MASS
 from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.core.optimum import dimensions_within
+from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.optimum.search.context import Context

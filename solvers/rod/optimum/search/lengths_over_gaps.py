@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from solvers.rod.optimum.core.optimum import polish
+from solvers.rod.optimum.core.local_optimum import polish
 from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.search.at_ratio import PENALTY
 from solvers.rod.optimum.search.context import Context

@@ -19,7 +19,7 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum.core.optimum import dimensions_within
+from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, run_slsqp

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from solvers.rod.optimum.core.optimum import Polished
+from solvers.rod.optimum.core.local_optimum import Polished
 from solvers.rod.optimum.proof.outer_approximation import search
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate

@@ -13,8 +13,8 @@ from solvers import rod
 from solvers.numerics.ripple import amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.composition import Composition, Cycle
+from solvers.rod.cycle.corrected_sampling import SampledCycle
 from solvers.rod.cycle.guide_loads import magnitude
-from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.piston.friction import power_at
 from solvers.rod.vibration import periodic_motion as motions

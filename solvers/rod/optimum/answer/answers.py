@@ -13,7 +13,7 @@ from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
 from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
-from solvers.rod.optimum.core.optimum import Polished
+from solvers.rod.optimum.core.local_optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof

@@ -96,7 +96,7 @@ class Load(Protocol):
 
     def pressure(self, angle: ArrayLike) -> Array:
         """p(phi) [Pa], 2 pi periodic, same shape as the angles [rad]."""
-        level, sharpness, phase, ends, pieces = self.curve()
+        level, sharpness, phase, ends, pieces = self.curve
         phi = np.asarray(angle, dtype=float)
         if not ends.size:
             half = np.sin(0.5 * (phi - phase))
@@ -110,6 +110,7 @@ class Load(Protocol):
         """Angles [rad] between which the pressure is smooth; uniform sampling might miss a peak or jump there."""
         return np.empty(0)
 
+    @property
     def curve(self) -> PressureCurve:
         """Kernel representation of the pressure."""
 

@@ -39,7 +39,7 @@ def rule_for(load: Load, accuracy: float, vibrates: bool = False) -> Rule:
 
     ``vibrates``: the strip vibrates, which needs more points per panel than a load of very many pieces itself.
     """
-    pieces = max(load.curve().breaks.size - 1, load.sharp_angles().size)
+    pieces = max(load.curve.breaks.size - 1, load.sharp_angles().size)
     if pieces > _SOME[0]:
         return rule_of((_MANY if pieces > _MANY[0] and not vibrates else _SOME)[1])
     return rule_of(next(points for least, points in _POINTS if accuracy >= least))
@@ -49,10 +49,10 @@ def rule_for(load: Load, accuracy: float, vibrates: bool = False) -> Rule:
 def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     """Panel ends over one revolution: ends of the load's pieces and sharp angles, the corners due to friction, and
     enough in between that no panel exceeds a quarter of a revolution."""
-    breaks = _modulo_revolution(drive.curve.breaks if drive.curve.breaks.size > 0 else sharp)
+    breaks = (drive.curve.breaks if drive.curve.breaks.size > 0 else sharp) % TURN
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, breaks)
-        breaks = np.concatenate((breaks, _modulo_revolution(corners)))
+        breaks = np.concatenate((breaks, corners % TURN))
     return panel_edges(breaks)
 
 
@@ -73,15 +73,6 @@ def panel_edges(breaks: Array) -> Array:
             out.append(ends[i - 1] + k / parts * (ends[i] - ends[i - 1]))
         out.append(ends[i])
     return np.array(out)
-
-
-@kernel
-def _modulo_revolution(angle: Array) -> Array:
-    """The angles modulo one revolution."""
-    out = np.empty(angle.size)
-    for i in range(angle.size):
-        out[i] = angle[i] % TURN
-    return out
 
 
 @kernel

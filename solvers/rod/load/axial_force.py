@@ -35,7 +35,7 @@ def drive_of(scene: Scene, mass: float) -> Drive:
     """The drive of a scene whose axial force includes the inertia of this mass [kg] and the gas force."""
     m, load = scene.mechanism, scene.load
     return Drive(
-        load.curve(),
+        load.curve,
         load.reference_pressure(),
         scene.piston.area,
         float(mass),

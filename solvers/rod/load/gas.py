@@ -77,6 +77,7 @@ class SchmidtLoad(Load):
         steps = math.ceil(4.0 * math.asinh(math.pi / width))
         return self.theta + width * np.sinh(0.25 * np.arange(-steps, steps + 1))
 
+    @property
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.p_min), float(self.delta), float(self.theta), _NO_BREAKS, _NO_PIECES)
 
@@ -96,6 +97,7 @@ class ConstantLoad(Load):
     def default_back_pressure(self) -> float:
         return 0.0
 
+    @property
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.constant_pressure), 0.0, 0.0, _NO_BREAKS, _NO_PIECES)
 
@@ -127,7 +129,7 @@ class TableLoad(Load):
         require_back_pressure(self.back_pressure)
 
     @cached_property
-    def _curve(self) -> PchipInterpolator:
+    def _three_turns(self) -> PchipInterpolator:
         from scipy.interpolate import PchipInterpolator
 
         # Overlap on either side makes the slopes, and so the curve, periodic.
@@ -137,21 +139,18 @@ class TableLoad(Load):
 
     @cached_property
     def default_back_pressure(self) -> float:
-        return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
+        return float(self._three_turns.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
 
     def sharp_angles(self) -> Array:
         """The points of the table; of a very long one the extreme points in each of equal intervals."""
         return sharpest(np.asarray(self.angle), np.asarray(self.values))
 
+    @cached_property
     def curve(self) -> PressureCurve:
-        return self._middle
+        # Keep the middle one of the three revolutions.
+        points, turns = len(self.angle), self._three_turns
+        pieces = np.ascontiguousarray(turns.c[:, points : 2 * points])
+        return PressureCurve(0.0, 0.0, 0.0, np.ascontiguousarray(turns.x[points : 2 * points + 1]), pieces)
 
     def corners(self) -> Array:
-        return self._middle.breaks[:-1]
-
-    @cached_property
-    def _middle(self) -> PressureCurve:
-        # Keep the middle one of the three revolutions.
-        points = len(self.angle)
-        pieces = np.ascontiguousarray(self._curve.c[:, points : 2 * points])
-        return PressureCurve(0.0, 0.0, 0.0, np.ascontiguousarray(self._curve.x[points : 2 * points + 1]), pieces)
+        return self.curve.breaks[:-1]

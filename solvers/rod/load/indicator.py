@@ -59,7 +59,7 @@ class IndicatorLoad(Load):
             return self.diagram.unroll(motion, cylinder)
 
     @cached_property
-    def _curve(self) -> PressureCurve:
+    def curve(self) -> PressureCurve:
         """Cubics through four points per piece, with the diagram's points and additional ones as ends; the step at a
         dead centre is itself a cubic, of two pieces."""
         centres = np.append(self.jumps(), TURN)
@@ -96,9 +96,6 @@ class IndicatorLoad(Load):
         missed = np.vander(np.array([1.0, 3.0, 5.0]) / 6.0, 4) @ pieces - values[1::2]
         return pieces, values[::2], np.abs(missed).max(axis=0)
 
-    def curve(self) -> PressureCurve:
-        return self._curve
-
     def corners(self) -> Array:
         points, centres = np.mod(self.unrolled.breaks, TURN), self.jumps()
         apart = distances(points, centres).min(axis=1, initial=TURN) > 2.0 * JUMP
@@ -109,8 +106,8 @@ class IndicatorLoad(Load):
 
     @cached_property
     def default_back_pressure(self) -> float:
-        width, powers = np.diff(self._curve.breaks), np.arange(4, 0, -1)[:, None]
-        return float(np.sum(self._curve.pieces * width**powers / powers)) / TURN
+        width, powers = np.diff(self.curve.breaks), np.arange(4, 0, -1)[:, None]
+        return float(np.sum(self.curve.pieces * width**powers / powers)) / TURN
 
     def sharp_angles(self) -> Array:
         """The diagram's points (of a very long one only the extreme points) and the ends of the steps at the dead

@@ -12,10 +12,6 @@ from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, STRESS, T
 from solvers.rod.scene import Scene
 
 
-def _si_unit(scene: Scene) -> float:
-    return 1.0
-
-
 @dataclass(frozen=True)
 class Objective:
     """A result that is better the smaller (``sign`` +1) or the greater (-1) it is.
@@ -32,7 +28,7 @@ class Objective:
     weights: tuple[tuple[int, float], ...]
     read: Callable[[RodCheck], float | None]
     effect: str | None = None
-    unit: Callable[[Scene], float] = _si_unit
+    unit: Callable[[Scene], float] = lambda scene: 1.0
 
     @property
     def is_geometric(self) -> bool:

@@ -9,12 +9,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-TAU, LENGTH, THICKNESS, UTILISATION, STABILITY, SIDE, PRESSURE, POWER, SIDEWAYS, STRESS = range(10)
+TAU, LENGTH, THICKNESS, UTILISATION, STABILITY, SIDE, PRESSURE, POWER, SIDEWAYS, STRESS, FIRST_PART = range(11)
 """ln of tau = 1/(b h^3), l, h, fatigue utilisation 1/n, compression/critical force in the crank's plane, side force
 [N], contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, maximum stress
-[Pa]."""
-
-FIRST_PART = 10
+[Pa]; and the first part of a result."""
 
 NEVER_COMPRESSED = -700.0
 """ln(compression/critical force) of a strip that is never compressed: finite, and smaller than any other."""

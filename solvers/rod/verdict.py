@@ -38,8 +38,9 @@ def judge(
     does not satisfy its requirement.
     """
     slack = slack_of(accuracy)
-    asked = [_required(check, constraint, required, slack) for constraint, required in _requested(requirements)]
-    minima = {constraint.name: required for constraint, required in _requested(requirements)}
+    requested = () if requirements is None else requirements.requested()
+    asked = [_required(check, constraint, required, slack) for constraint, required in requested]
+    minima = {constraint.name: required for constraint, required in requested}
     # A requirement of 1 or more already covers the basic safety.
     basic = [_basic(check, name, slack) for name, requirement in BASIC_SAFETIES if minima.get(requirement, 0.0) < 1.0]
     cautions = (*check.warnings, *left_out(effects, _SAFETY_EFFECTS))
@@ -48,10 +49,6 @@ def judge(
     as_if_met = replace(accuracy, estimated=min(accuracy.estimated, accuracy.requested))
     known = _STABILITY if doubt(as_if_met, designed) == 0.0 else frozenset()
     return Verdict((*asked, *basic), cautions, doubt(accuracy, designed), known)
-
-
-def _requested(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
-    return () if requirements is None else requirements.requested()
 
 
 def _required(check: RodCheck, constraint: Constraint, required: float, slack: float) -> Criterion:

@@ -86,10 +86,6 @@ class Composition:
         """The composition without its corrections."""
         return replace(self, corrections=())
 
-    def moving_mass(self, scene: Scene) -> float:
-        """The mass [kg] whose inertia is part of the axial force."""
-        return scene.piston.reciprocating_mass if self.moves else 0.0
-
 
 def strip_of(scene: Scene, dimensions: Dimensions, composition: Composition) -> Strip:
     """Kernel representation of a strip."""
@@ -149,7 +145,7 @@ class Cycle:
     @cached_property
     def drive(self) -> Drive:
         """Kernel representation of gas load and moving mass."""
-        return drive_of(self.scene, self.composition.moving_mass(self.scene))
+        return drive_of(self.scene, self.scene.piston.reciprocating_mass if self.composition.moves else 0.0)
 
     @cached_property
     def refinements(self) -> tuple[Refinement, ...]:

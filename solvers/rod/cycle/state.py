@@ -28,11 +28,9 @@ from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.shape import bend
 from solvers.rod.strip.shear import critical_coupling_with_shear
 
-ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
+ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT, ROWS = range(11)
 """Rows of a table of states, one column per angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2],
-psi'(l) [1/m], m, T [N], M0 [N m]."""
-
-ROWS = 10
+psi'(l) [1/m], m, T [N], M0 [N m]; and their number."""
 
 _MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
@@ -179,11 +177,11 @@ def _residual(strip: Strip, force: float, friction_factor: float, solution: floa
 def _solve_friction(strip: Strip, force: float, lateral: float, start: float, slope: float) -> tuple[float, float]:
     """Solve P - P0 - friction(P) = 0 by the secant method from a start with a given slope; return P [N] and the last
     slope."""
-    per_force, friction_factor = strip.couples / strip.stiffness, strip.friction * lateral
+    friction_factor = strip.friction * lateral
     if friction_factor == 0.0:
         return force, 1.0
     solution, step, last_step = start, np.inf, np.inf
-    residual = force + friction_factor * wall_force(strip, per_force * solution) - solution
+    residual = _residual(strip, force, friction_factor, solution)
     for _ in range(_MAX_SECANTS):
         earlier_step, last_step, step = last_step, step, residual / slope
         solution += step
@@ -196,7 +194,7 @@ def _solve_friction(strip: Strip, force: float, lateral: float, start: float, sl
             return solution, slope
         if solution <= _BUCKLED * strip.critical:
             break
-        last_residual, residual = residual, force + friction_factor * wall_force(strip, per_force * solution) - solution
+        last_residual, residual = residual, _residual(strip, force, friction_factor, solution)
         slope = (last_residual - residual) / step
         # Without a usable slope, as beyond the last solution, take a step of fixed-point iteration.
         if not slope > 0.0:

@@ -36,16 +36,13 @@ from solvers.rod.strip.shear import slope_of
 
 STATIONS = 9
 
-UTILISATION, MAX_STRESS, MAX_SIDE_FORCE, MAX_CLAMP_MOMENT, MAX_CONTACT_LOAD, FRICTION_WORK = range(6)
+UTILISATION, MAX_STRESS, MAX_SIDE_FORCE, MAX_CLAMP_MOMENT, MAX_CONTACT_LOAD, FRICTION_WORK, RESULTS = range(7)
 """1/n of fatigue, maximum |sigma| [Pa], maximum |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and the
-mean of F |dx/dphi| [N m]."""
+mean of F |dx/dphi| [N m]; and their number."""
 
-RESULTS = 6
-
-RECIPROCATING_MASS, AXIAL_COUPLING, SHEAR_FLEXIBILITY, FRICTION_FEEDBACK = range(4)
-"""Removable parts: the reciprocating mass, the axial force's contribution to bending, shear, and friction feedback."""
-
-PARTS = 4
+RECIPROCATING_MASS, AXIAL_COUPLING, SHEAR_FLEXIBILITY, FRICTION_FEEDBACK, PARTS = range(5)
+"""Removable parts: the reciprocating mass, the axial force's contribution to bending, shear, and friction feedback; and
+their number."""
 
 
 class ResultParameters(NamedTuple):

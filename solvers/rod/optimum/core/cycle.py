@@ -101,6 +101,10 @@ class CoreCycle:
         fibres = 2 * (1 + peaks.sections.size)
         return CoreRows(core, Layout(fibres, fibres, peaks.reactions.size))
 
+    def rows(self, d: Dimensions, required: RequiredResults) -> Array:
+        """All rows of a strip, at its own peaks."""
+        return self.rows_near(self.peaks(d, required), required).values(np.log([d.b, d.h, d.l]))
+
     def _spacing(self, angles: Array) -> Array:
         """Spacing of the stencil of each peak [rad]: no corner lies inside a stencil, and a load may change steeply
         between corners."""

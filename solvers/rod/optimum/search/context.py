@@ -144,8 +144,7 @@ class Context:
     def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:
         """The limits for the core, shifted by the difference of its rows from the full model's at a strip and tightened
         by ``margin``."""
-        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
-        values = core.values(logarithms(d))
+        values = self.cycle.rows(d, self.model.required)
         values[rows.STABILITY] = max(values[rows.STABILITY], values[rows.SIDEWAYS])
         limits = dict(self.task.limits)
         for c in CONSTRAINTS:
@@ -161,8 +160,7 @@ class Context:
         objective = self.problem.objective
         if objective.is_geometric:
             return 0.0
-        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
-        values = core.values(logarithms(d))
+        values = self.cycle.rows(d, self.model.required)
         exact = self.cost(self.model.check(d))
         return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
 

@@ -107,7 +107,6 @@ def _spread_strips(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
     for x in low + (high - low) * _SPREAD_FRACTIONS:
         strip = Dimensions(*np.exp(x).tolist())
-        core = cycle.rows_near(cycle.peaks(strip, no_results), no_results)
-        shortfall = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
+        shortfall = cycle.rows(strip, no_results)[rows.STABILITY] - limits[rows.STABILITY]
         thicker = min(strip.h * math.exp(max(shortfall, 0.0) / 3.0) * 1.01, bounds.h[1])
         yield Dimensions(strip.b, thicker, strip.l)

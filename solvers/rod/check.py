@@ -99,7 +99,8 @@ def check(
     digit of the stresses to be found, EffectConflict for an excluded effect that is required.
     """
     require_accuracy(accuracy)
-    require_within_rod(scene, dimensions)
+    if dimensions.l > scene.mechanism.rod_length:
+        raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
     outcome = check_chosen(cycle, choice, accuracy, criterion)
@@ -177,12 +178,6 @@ def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact:
         stresses=stresses,
         warnings=warnings_of(scene, stresses, found.by_friction != 0.0, large),
     )
-
-
-def require_within_rod(scene: Scene, dimensions: Dimensions) -> None:
-    """Raise InvalidInput for a strip longer than its rod."""
-    if dimensions.l > scene.mechanism.rod_length:
-        raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
 
 
 def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float, found: Results) -> Results:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require_positive
+from solvers.numerics.arrays import Array
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
 from solvers.rod.objectives import Objective
@@ -29,6 +32,11 @@ class Bounds:
             low, high = getattr(self, name)
             if not (math.isfinite(high) and 0 < low <= high):
                 raise InvalidInput(f"bounds.{name}", "is not a range of positive lengths", "0 < lower <= upper")
+
+    @property
+    def logarithms(self) -> Array:
+        """The ranges of ln(b, h, l), sizes in m, (3, 2)."""
+        return np.log([self.b, self.h, self.l])
 
     @property
     def stiffest(self) -> Dimensions:

@@ -60,7 +60,7 @@ def polish(
 
     It is not worse than ``start``.
     """
-    box = np.log([bounds.b, bounds.h, bounds.l])
+    box = bounds.logarithms
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
     required = required_results(objective, limits)
     peaks = cycle.peaks(Dimensions(*np.exp(x).tolist()), required)

@@ -51,7 +51,7 @@ def _local_minimum(
     cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions
 ) -> tuple[float, Dimensions] | None:
     """Result of one local search; peaks are located again at every iterate until it converges."""
-    required, box, strip = required_results(MASS, limits), np.log([bounds.b, bounds.h, bounds.l]), start
+    required, box, strip = required_results(MASS, limits), bounds.logarithms, start
     peaks, best = cycle.peaks(strip, required), None
     for _ in range(_ROUNDS):
         memory, x = MemoisedRows(cycle.rows_near(peaks, required)), logarithms(strip)
@@ -104,7 +104,7 @@ def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None
 def _spread_strips(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
     """Strips spread evenly over the bounds, with thicknesses at which they do not buckle on the core."""
     no_results = RequiredResults(False, False, False)
-    low, high = np.log([bounds.b, bounds.h, bounds.l]).T
+    low, high = bounds.logarithms.T
     for x in low + (high - low) * _SPREAD_FRACTIONS:
         strip = Dimensions(*np.exp(x).tolist())
         shortfall = cycle.rows(strip, no_results)[rows.STABILITY] - limits[rows.STABILITY]

@@ -191,7 +191,7 @@ class Gaps:
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with limits shifted to the best strip's exact check."""
         p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
-        box = np.log([self.bounds.b, self.bounds.h, self.bounds.l])
+        box = self.bounds.logarithms
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 
 

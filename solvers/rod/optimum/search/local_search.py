@@ -121,7 +121,7 @@ def local_search(
     None if no strip near the start is stable against buckling, or if the search converges to one of the ``results`` of
     other searches. A search that is not expected to improve on the ln objective ``incumbent`` is abandoned.
     """
-    box = np.log([bounds.b, bounds.h, bounds.l])
+    box = bounds.logarithms
     current = _first_stable_iterate(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if current is None:
         return None

@@ -65,7 +65,7 @@ def second_order(at: Iterate, conditions: Stationarity, bounds: Bounds) -> Secon
 
 def _max_step_fraction(x: Array, step: Array, bounds: Bounds) -> float:
     """The largest fraction of a step that stays within the bounds."""
-    lower, upper = np.log([bounds.b, bounds.h, bounds.l]).T
+    lower, upper = bounds.logarithms.T
     room = np.where(step > 0.0, upper - x, lower - x)
     moving = np.abs(step) > 1e-12
     return max(float(np.min(room[moving] / step[moving], initial=math.inf)), 0.0)

@@ -32,10 +32,11 @@ ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT, RO
 """Rows of a table of states, one column per angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2],
 psi'(l) [1/m], m, T [N], M0 [N m]; and their number."""
 
-_MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
-_FORCE_TOLERANCE, _SECANT_CONVERGED = 4.0 * _EPS, 0.01 * _EPS
+_MAX_SECANTS, _FORCE_TOLERANCE, _SECANT_CONVERGED = 60, 4.0 * _EPS, 0.01 * _EPS
+"""Number of secant steps, the relative step that ends them, and the relative product of two steps that does."""
 _FIRST_STEP = 1e-3
+"""First step to an upper end of a bracket of the force, relative to P_cr."""
 GOLDEN, GOLDEN_STEPS = 0.5 * (math.sqrt(5.0) - 1.0), 65
 """The golden ratio, and the number of sections by it that reduce a bracket to 3e-14."""
 _BUCKLED = -2.0

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
 
 _WIDE_PEAK = 0.1
+"""Half-width [rad] of a peak that uniform angles do not miss."""
 _MAX_SHARP = 4096
+"""Number of a table's points that sampling takes into account."""
 _APART = 1e-9
 """Points closer than this [rad] are one."""
 

@@ -33,6 +33,7 @@ from solvers.rod.scene import JUMP
 
 RULE = radau(10)
 _WIDEST = TURN / 16
+"""Greatest width of an element [rad]."""
 _DISTINCT = 1e-9
 """Corners closer than this [rad] are one."""
 _LARGEST_SHIFT, _LARGEST_STRETCH = 0.3, 0.5
@@ -41,6 +42,7 @@ neighbour."""
 _MOST_CORNERS = 1000
 """Beyond this number, corners are treated as noise and ignored."""
 _MOST_ELEMENTS = 2000
+"""Number of elements from which on none is halved."""
 FEW_CORNERS = 32
 """Number of corners above which they are those of a table."""
 MANY = 128
@@ -49,6 +51,8 @@ _SUBDIVISIONS = 8
 """Intervals between two corners of the load in which corners of friction are searched."""
 _NO_ANGLES = np.empty(0)
 _NOISE, _ABOVE_NOISE, _NARROW = 1e-15, 10.0, TURN / 64
+"""Relative rounding error of coefficients, the multiple of it from which they count, and the width of an element [rad]
+up to which smaller ones say nothing."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ _PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monoto
 _MAX_INFLUENCE = 0.9
 """Influence above which no bound is given."""
 _GAP, _MAX_EVALUATIONS, _EXTRAPOLATION = 3e-3, 8, 0.5
+"""Gap in ln objective of the relaxed searches, their greatest number, and by how much of its rise the influence is
+extrapolated for the next."""
 
 Evidence = dict[str, float | int | str]
 Influence = Callable[[Dimensions], float]

@@ -13,10 +13,10 @@ from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 
-_GAP = 1e-3
+_GAP, _BOXES = 1e-3, 3000
+"""Greatest gap in ln objective of a search, and its number of boxes."""
 _FEASIBILITY_GAP = 1.0
 """Gap of a search that only needs an admissible strip."""
-_BOXES = 3000
 
 
 class Best(NamedTuple):

@@ -29,11 +29,12 @@ from solvers.rod.optimum.sqp import (
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-_MAX_VIOLATION = 0.9e-9
-_MARGIN = 1e-9
-_STATIONARY_STEP = 1e-4
-_ROUNDS = 12
+_MAX_VIOLATION, _MARGIN = 0.9e-9, 1e-9
+"""Violation of a limit, tightened by the margin, at which a strip still meets the limit itself."""
+_STATIONARY_STEP, _ROUNDS = 1e-4, 12
+"""Step in ln b, ln h, ln l from which peaks are located again, and how often at the most."""
 _ROUNDING = 1e-12
+"""Relative rounding error of a size."""
 
 
 @dataclass(frozen=True)

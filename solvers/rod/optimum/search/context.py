@@ -24,6 +24,7 @@ from solvers.rod.scene import Dimensions
 from solvers.watch import no_watch
 
 _SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
+"""Number of boxes and gap in ln objective of the core's search under other limits."""
 _MIN_GAIN = 0.1
 """Share of the accuracy: a smaller gain is not worth another step."""
 _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3

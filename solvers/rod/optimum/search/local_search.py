@@ -29,7 +29,10 @@ from solvers.rod.scene import Dimensions
 _MAX_ITERATIONS, _MAX_ITERATIONS_WITH_NOISE = 30, 10
 """Maximum iterations of a search, and under a noisy load, where the last ones are fruitless."""
 _FIRST_RADIUS, _MAX_RADIUS = 0.15, 0.3
+"""Trust-region radii in ln b, ln h, ln l."""
 _POOR_RATIO, _GOOD_RATIO, _BEST_RATIO = 0.1, 0.75, 0.9
+"""Actual over predicted reduction of the merit: below which the trust region shrinks, and above which it grows twofold
+and fourfold."""
 SAME_STRIP = 2e-3
 """Distance in ln b, ln h, ln l within which two results are the same strip."""
 _PENALTY = 100.0

@@ -4,9 +4,9 @@ error of about a hundredth of the vibration.
 In the strip's modes w_n under the instantaneous force (``adiabatic_modes``), d = sum_n w_n q_n, each coordinate is an
 oscillator of its own,
 
-    q_n'' + eta omega_0n q_n' + omega_n^2(phi) q_n = w_n . (s b - M c'') - sum_m w_n M (2 w_m' q_m' + w_m'' q_m)
+    q_n'' + eta omega_0n q_n' + omega_n^2(phi) q_n = w_n . (s f0 - M c'') - sum_m w_n M (2 w_m' q_m' + w_m'' q_m)
 
-with omega_0n the frequency under the mean force, and M, c, s, b of ``equation``. The last sum couples the modes by
+with omega_0n the frequency under the mean force, and M, c, s, f0 of ``equation``. The last sum couples the modes by
 their rate of change; only the part of the first mode in the others is kept. The first mode is solved by Radau
 collocation on every element. The others follow quasi-statically what drives them, linear on an element, and ring behind
 its ends, where that jumps in value or slope, with a phase of the integral of omega_n and an amplitude proportional to

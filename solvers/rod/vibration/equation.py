@@ -1,16 +1,16 @@
 """The strip's equation of motion in its modes under the mean axial force.
 
-The deflection is V = s g + sum_n a_n psi_n with g the static shape per unit lateral displacement s under the mean force
+The deflection is V = s u + sum_n a_n psi_n with u the static shape per unit lateral displacement s under the mean force
 P_m. The modes psi_n are scaled to unit stiffness and have the masses mu_n. With the geometric stiffness matrix G and
 the fluctuation dP = P - P_m of the force,
 
-    M a'' + C (a - c)' + (1 + dP G) a = f = (1 + dP G) c + s b,   b_n = int rho A omega^2 psi_n g dz
+    M a'' + C (a - c)' + (1 + dP G) a = f = (1 + dP G) c + s f0,   f0_n = int rho A omega^2 psi_n u dz
 
 where c is the quasi-static solution and C = eta M^(1/2) is modal damping with the loss factor eta = 2 zeta: an
 uncoupled mode reaches 1/eta times its static amplitude at resonance. Damping acts on d = a - c, the dynamic part of the
 motion, so that the limit of a slow machine is the quasi-static strip for any eta. Without shear c follows from its weak
-form, (1 + dP G) c = -s dP h with h_n = int g' psi_n' dz + e g'(l) psi_n'(l), which is diagonal in the eigenvectors of
-G. With shear (``solvers.rod.strip.shear``) V = W/m - gamma D z, W = int psi dz, where W obeys the same equation under
+form, (1 + dP G) c = -s dP h with h_n = int u' psi_n' dz + e u'(l) psi_n'(l), which is diagonal in the eigenvectors of
+G. With shear (``solvers.rod.strip.shear``) V = W/m - g D z, W = int psi dz, where W obeys the same equation under
 P_s = EI q_s, with the lateral displacement W(l) + e W'(l) and the moment EI (W'' + e W''') at the pin.
 """
 
@@ -49,7 +49,7 @@ class StripEquation(NamedTuple):
     modes           columns: the modes in amplitudes of the basis (n, n)
     geometric       geometric stiffness G [1/N], (n, n), with its ``eigenvalues`` and ``eigenvectors`` (columns)
     geometric_load  h, (n,)
-    inertial_load   b [1/m], (n,)
+    inertial_load   f0 [1/m], (n,)
     clamp           V'' and V''' of the modes at the clamp (2, n)
     tip_slopes      EI psi_n'(l), (n,); with shear only
     rotation_load   int rho A omega^2 psi_n z dz, (n,); with shear only
@@ -134,7 +134,7 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
     for i in range(n):
         for j in range(n):
             geometric[i, j] /= l
-    # h, b, rotation load and tip slopes for the basis, by quadrature with the static shape under the mean force
+    # h, f0, rotation load and tip slopes for the basis, by quadrature with the static shape under the mean force
     mean_coupling = mean / strip.stiffness
     _, _, clamp, shear, head = constants(mean_coupling, l, strip.rod_length, 0.0)
     mean_state = np.array([[mean_coupling], [clamp], [shear], [head]])

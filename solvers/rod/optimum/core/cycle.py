@@ -143,17 +143,14 @@ class CoreRows:
         """All rows, shape (rows,)."""
         out = np.empty(self.layout.size)
         b, h, l = math.exp(x[0]), math.exp(x[1]), min(math.exp(x[2]), self.core.rod_length)
-        peak_model.rows_at(self.core, b, h, l, self._workspace(), out)
+        peak_model.rows_at(self.core, b, h, l, out)
         return out
 
     def jacobian(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows with respect to x, shape (rows, 3)."""
         out = np.empty((self.layout.size, 3))
-        peak_model.row_jacobian(self.core, np.ascontiguousarray(x), self._workspace(), out)
+        peak_model.row_jacobian(self.core, np.ascontiguousarray(x), out)
         return out
-
-    def _workspace(self) -> Array:
-        return np.empty((2, self.core.eta.size, self.core.force.size))
 
 
 def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCycle:

@@ -16,21 +16,9 @@ import numpy as np
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.rod import rows
 from solvers.rod.optimum.rows_at_samples import finite_log, peak_height, reaction_rows, set_buckled_rows
-from solvers.rod.rows import (
-    FIRST_PART,
-    LENGTH,
-    NEVER_COMPRESSED,
-    POWER,
-    PRESSURE,
-    SIDE,
-    SIDEWAYS,
-    STABILITY,
-    STRESS,
-    TAU,
-    THICKNESS,
-    UTILISATION,
-)
+from solvers.rod.piston.skirt import contact_load
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import log_critical_parameter
 from solvers.rod.strip.shape import bend_at
@@ -91,10 +79,10 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
             top = value[0] if g == 0 else peak_height(value[0], value[1], value[2])
             largest = magnitude[0] if g == 0 else peak_height(magnitude[0], magnitude[1], magnitude[2])
             worst, greatest = max(worst, top), max(greatest, largest)
-            out[FIRST_PART + 2 * g + fibre] = finite_log(top)
-            out[FIRST_PART + 2 * (groups + g) + fibre] = finite_log(largest)
-    out[UTILISATION], out[STRESS] = finite_log(worst), finite_log(greatest)
-    reaction_rows(reactions, per_force, FIRST_PART + 4 * groups, out)
+            out[rows.FIRST_PART + 2 * g + fibre] = finite_log(top)
+            out[rows.FIRST_PART + 2 * (groups + g) + fibre] = finite_log(largest)
+    out[rows.UTILISATION], out[rows.STRESS] = finite_log(worst), finite_log(greatest)
+    reaction_rows(reactions, per_force, rows.FIRST_PART + 4 * groups, out)
 
 
 @kernel
@@ -130,52 +118,53 @@ def guide_reactions_at(
     """Guide reactions |T| and |T| + 6 |M0 + T e|/Lp [N] at every angle, shape (2, angles)."""
     for i in range(force.size):
         out[0, i], couple = side_force_and_couple(force[i], lateral[i], modulus, rod_length, guide, tau, l)
-        out[1, i] = out[0, i] + couple
+        out[1, i] = contact_load(out[0, i], couple)
 
 
 @kernel
-def rows_at(f: CorePeaks, b: float, h: float, l: float, workspace: Array, out: Array) -> None:
+def rows_at(f: CorePeaks, b: float, h: float, l: float, out: Array) -> None:
     """All rows of a strip (``solvers.rod.rows``) on the core's physics.
 
-    Side force, pressure and power are 0 if their samples are empty. ``workspace``: shape (2, sections, angles).
+    Side force, pressure and power are 0 if their samples are empty.
     """
     tau, L = 1.0 / (b * h * h * h), f.rod_length
-    out[TAU], out[LENGTH], out[THICKNESS] = math.log(tau), math.log(l), math.log(h)
-    out[SIDE] = out[PRESSURE] = out[POWER] = 0.0
+    out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = math.log(tau), math.log(l), math.log(h)
+    out[rows.SIDE] = out[rows.PRESSURE] = out[rows.POWER] = 0.0
     if f.compression > 0.0:
         ln_u, _ = log_critical_parameter(l, L)
         euler = 2.0 * ln_u + math.log(f.modulus / (12.0 * L * L * f.compression))
-        out[STABILITY], out[SIDEWAYS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
+        out[rows.STABILITY], out[rows.SIDEWAYS] = math.log(tau) - euler, -math.log(h * b * b * b) - euler
     else:
-        out[STABILITY] = out[SIDEWAYS] = NEVER_COMPRESSED
-    if out[STABILITY] >= 0.0:
+        out[rows.STABILITY] = out[rows.SIDEWAYS] = rows.NEVER_COMPRESSED
+    if out[rows.STABILITY] >= 0.0:
         set_buckled_rows(out)
         return
-    stresses_at(f.force, f.lateral, f.modulus, L, b, h, l, f.eta, workspace)
+    stresses = np.empty((2, f.eta.size, f.force.size))
+    stresses_at(f.force, f.lateral, f.modulus, L, b, h, l, f.eta, stresses)
     _, diameter, skirt, friction = f.guide
     reactions = np.empty((2, f.reaction_force.size))
     guide_reactions_at(f.reaction_force, f.reaction_lateral, f.modulus, L, f.guide, tau, l, reactions)
-    sampled_rows(workspace, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
+    sampled_rows(stresses, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
     n = f.cycle_force.size
     if n > 0:
         power = 0.0
         for i in range(n):
             T, couple = side_force_and_couple(f.cycle_force[i], f.cycle_lateral[i], f.modulus, L, f.guide, tau, l)
             power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
-        out[POWER] = finite_log(power / n * friction * 4.0 / math.pi)
+        out[rows.POWER] = finite_log(power / n * friction * 4.0 / math.pi)
 
 
 @kernel
-def row_jacobian(f: CorePeaks, x: Array, workspace: Array, jacobian: Array) -> None:
+def row_jacobian(f: CorePeaks, x: Array, jacobian: Array) -> None:
     """Derivatives of ``rows_at`` with respect to x = ln(b, h, l), shape (rows, 3), by central differences."""
     up, down, moved = np.empty(jacobian.shape[0]), np.empty(jacobian.shape[0]), x.copy()
     moved[2] = min(moved[2], math.log(f.rod_length) - _STEP)
     for v in range(3):
         here = moved[v]
         moved[v] = here + _STEP
-        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), workspace, up)
+        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), up)
         moved[v] = here - _STEP
-        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), workspace, down)
+        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), down)
         moved[v] = here
         for r in range(jacobian.shape[0]):
             jacobian[r, v] = (up[r] - down[r]) / (2.0 * _STEP)

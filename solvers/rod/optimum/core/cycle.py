@@ -120,16 +120,14 @@ class CoreStrip:
     dimensions: Dimensions
 
     def stresses(self, angle: Array, eta: Array) -> Array:
-        c, d, out = self.cycle, self.dimensions, np.empty((2, eta.size, angle.size))
+        c, d = self.cycle, self.dimensions
         force, lateral = c.axial_force(angle), c.lateral_displacement(angle)
-        stresses_at(force, lateral, c.modulus, c.rod_length, d.b, d.h, d.l, eta, out)
-        return out
+        return stresses_at(force, lateral, c.modulus, c.rod_length, d.b, d.h, d.l, eta)
 
     def reactions(self, angle: Array) -> Array:
-        c, d, out = self.cycle, self.dimensions, np.empty((2, angle.size))
+        c, d = self.cycle, self.dimensions
         force, lateral = c.axial_force(angle), c.lateral_displacement(angle)
-        guide_reactions_at(force, lateral, c.modulus, c.rod_length, c.guide, 1.0 / (d.b * d.h**3), d.l, out)
-        return out
+        return guide_reactions_at(force, lateral, c.modulus, c.rod_length, c.guide, 1.0 / (d.b * d.h**3), d.l)
 
 
 @dataclass(frozen=True)

@@ -87,17 +87,17 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
 
 @kernel
 def stresses_at(
-    force: Array, lateral: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array,
-    out: Array,
-) -> None:  # fmt: skip
+    force: Array, lateral: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array
+) -> Array:
     """Stresses of both fibres [Pa], P/(b h) +- (E h/2) V'' s, at all sections and angles: (2, sections, angles)."""
-    scale = 12.0 / (modulus * b * h * h * h)
+    scale, out = 12.0 / (modulus * b * h * h * h), np.empty((2, eta.size, force.size))
     for i in range(force.size):
         q, _, clamp, shear, head = constants(force[i] * scale, l, rod_length, 0.0)
         direct, bending = force[i] / (b * h), 0.5 * modulus * h * lateral[i]
         for j in range(eta.size):
             bent = bending * bend_at(q, clamp, shear, head, l, (1.0 - eta[j]) * l)[0]
             out[0, j, i], out[1, j, i] = direct + bent, direct - bent
+    return out
 
 
 @kernel
@@ -113,12 +113,14 @@ def side_force_and_couple(
 
 @kernel
 def guide_reactions_at(
-    force: Array, lateral: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float, out: Array
-) -> None:
+    force: Array, lateral: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float
+) -> Array:
     """Guide reactions |T| and |T| + 6 |M0 + T e|/Lp [N] at every angle, shape (2, angles)."""
+    out = np.empty((2, force.size))
     for i in range(force.size):
         out[0, i], couple = side_force_and_couple(force[i], lateral[i], modulus, rod_length, guide, tau, l)
         out[1, i] = contact_load(out[0, i], couple)
+    return out
 
 
 @kernel
@@ -139,11 +141,9 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, out: Array) -> None:
     if out[rows.STABILITY] >= 0.0:
         set_buckled_rows(out)
         return
-    stresses = np.empty((2, f.eta.size, f.force.size))
-    stresses_at(f.force, f.lateral, f.modulus, L, b, h, l, f.eta, stresses)
+    stresses = stresses_at(f.force, f.lateral, f.modulus, L, b, h, l, f.eta)
     _, diameter, skirt, friction = f.guide
-    reactions = np.empty((2, f.reaction_force.size))
-    guide_reactions_at(f.reaction_force, f.reaction_lateral, f.modulus, L, f.guide, tau, l, reactions)
+    reactions = guide_reactions_at(f.reaction_force, f.reaction_lateral, f.modulus, L, f.guide, tau, l)
     sampled_rows(stresses, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
     n = f.cycle_force.size
     if n > 0:

@@ -109,8 +109,8 @@ ROOMS = {
         "bulk", "rows", "objectives", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/rod/optimum": (
-        "sizes", "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer",
-        "strip_search",
+        "sizes", "rows_at_samples", "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model",
+        "search", "answer", "strip_search",
     ),
     "solvers/linkage": (
         "mechanism", "scene", "limits", "loads", "swept_area", "steady_state", "result", "constraints", "effects",

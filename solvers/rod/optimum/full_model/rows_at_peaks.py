@@ -57,7 +57,7 @@ class RowsAtPeaks:
         cycle = strip.cycle if compression < critical[0] else strip.cycle.without_corrections()
         shape = cycle.bent_strip(states)
         set_rows(
-            shape, stations, shape.curvature_correction(stations), d.b, d.h, compression, critical, self.parts,
+            shape, stations, shape.curvature_correction(stations), d.b, d.h, compression, *critical, self.parts,
             self.diagram, self.peaks.reactions.size, pressure_per_load(piston.diameter, piston.skirt_length), out,
         )  # fmt: skip
         if self.power and out[rows.POWER] != rows.BUCKLED:
@@ -87,14 +87,14 @@ def max_peak_height(values: Array) -> float:
 
 @kernel
 def set_rows(
-    shape: BentStrip, stations: Array, correction: Array, b: float, h: float, compression: float,
-    critical: tuple[float, float], parts: Parts, diagram: Diagram, peaks: int, pressure_per_force: float, out: Array,
+    shape: BentStrip, stations: Array, correction: Array, b: float, h: float, compression: float, in_plane: float,
+    out_of_plane: float, parts: Parts, diagram: Diagram, peaks: int, pressure_per_force: float, out: Array,
 ) -> None:  # fmt: skip
     """Set all rows but that of friction power, from the strip with its ``correction`` to V'' [1/m] at the stations, and
-    the maximum compression and the ``critical`` forces in and out of the crank's plane [N]. The three-point stencils of
-    its states are those of stresses, as in ``Parts``, then those of ``peaks`` peaks of the reactions [N], the second of
+    the maximum compression and the critical forces in and out of the crank's plane [N]. The three-point stencils of its
+    states are those of stresses, as in ``Parts``, then those of ``peaks`` peaks of the reactions [N], the second of
     which times ``pressure_per_force`` [1/m^2] is a pressure."""
-    strip, states, (in_plane, out_of_plane) = shape.strip, shape.states, critical
+    strip, states = shape.strip, shape.states
     out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(b * h**3), math.log(strip.length), math.log(h)
     out[rows.STABILITY] = math.log(compression / in_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
     out[rows.SIDEWAYS] = math.log(compression / out_of_plane) if compression > 0.0 else rows.NEVER_COMPRESSED

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from http.client import HTTPException, HTTPResponse
 from io import IOBase
 from pathlib import Path
-from typing import Any
-from urllib.error import HTTPError
+from typing import Any, TypeVar
+from urllib.error import HTTPError, URLError
 from urllib.parse import urlencode, urlsplit
 from urllib.request import Request, urlopen
 
@@ -21,9 +21,12 @@ _LOOK_TIMEOUT_S = 60.0
 _ROWS_TIMEOUT_S = 600.0
 """For the rows and the results: up to ten million are stored or read before the service answers."""
 _PATIENCE_S = 300.0
-"""How long a request is repeated while the service is busy or restarts."""
+"""How long a request is repeated while the service is busy or restarts, from its first failure."""
 _RETRY_S = 2.0
 _TEMPORARY = frozenset({429, 502, 503, 504})
+_LOST = (URLError, ConnectionError, TimeoutError, HTTPException)
+"""Connections that cannot be made or break; a full disk for the results is none."""
+T = TypeVar("T")
 
 
 def check_service(url: str, token: str) -> None:
@@ -61,7 +64,7 @@ def there(
     base, headers = url.rstrip("/"), {"Authorization": f"Bearer {token}"} if token else {}
 
     def look(batch: dict[str, Any]) -> dict[str, Any]:
-        return _batch_from(_opened(Request(base + batch["links"]["self"], headers=headers), _LOOK_TIMEOUT_S))
+        return _answered(Request(base + batch["links"]["self"], headers=headers), _LOOK_TIMEOUT_S, _batch_from)
 
     for key in keys_of(file, kind, mode, detail):
         batch = look(_submitted(base, {**headers, "Idempotency-Key": key}, file, kind, mode, detail))
@@ -75,9 +78,7 @@ def there(
         batch = look(batch)
         told(batch)
     results = Request(f"{base}{batch['links']['results']}?format={FORMATS[output.suffix.lower()]}", headers=headers)
-    with _opened(results, _ROWS_TIMEOUT_S) as response, replacing(output) as sink:
-        while part := response.read(READ_BYTES):
-            sink.write(part)
+    _answered(results, _ROWS_TIMEOUT_S, lambda response: _save(response, output))
     return batch
 
 
@@ -85,33 +86,36 @@ def _submitted(base: str, headers: dict[str, str], file: Path, kind: str, mode: 
     form, place = str(form_of(file)), f"{base}/api/v1/batches"
     headers = {**headers, "Content-Type": form}
     if form == SWEEP:
-        return _batch_from(_opened(Request(place, swept(file, kind, mode, detail), headers), _ROWS_TIMEOUT_S))
+        return _answered(Request(place, swept(file, kind, mode, detail), headers), _ROWS_TIMEOUT_S, _batch_from)
     place += "?" + urlencode({"kind": kind, "mode": mode, "name": file.name, "detail": detail})
     headers["Content-Length"] = str(file.stat().st_size)
     with file.open("rb") as rows:
-        return _batch_from(_opened(Request(place, rows, headers), _ROWS_TIMEOUT_S))
+        return _answered(Request(place, rows, headers), _ROWS_TIMEOUT_S, _batch_from)
 
 
-def _opened(request: Request, timeout_s: float) -> HTTPResponse:
-    """The response to a request, which is repeated while that may help. Raises Problem for a refusal."""
-    ends = time.monotonic() + _PATIENCE_S
+def _answered(request: Request, timeout_s: float, taken: Callable[[HTTPResponse], T]) -> T:
+    """What is taken from the response to a request, which is repeated while that may help. Raises Problem for a
+    refusal."""
+    ends = None
     while True:
         if isinstance(request.data, IOBase):
             request.data.seek(0)
         try:
-            return urlopen(request, timeout=timeout_s)
+            with urlopen(request, timeout=timeout_s) as response:
+                return taken(response)
         except HTTPError as error:
             if error.code not in _TEMPORARY:
                 raise _refusal(error) from None
             asked = error.headers.get("Retry-After", "")
-            wait = max(1.0, float(asked)) if asked.isdecimal() else _RETRY_S
-            if time.monotonic() + wait > ends:
-                raise
-        except (OSError, HTTPException):
+            wait, last = max(1.0, float(asked)) if asked.isdecimal() else _RETRY_S, error
+        except _LOST as error:
             # Where no batch was sent yet, the address may be wrong.
-            if request.data is not None or time.monotonic() + _RETRY_S > ends:
+            if request.data is not None:
                 raise
-            wait = _RETRY_S
+            wait, last = _RETRY_S, error
+        ends = ends or time.monotonic() + _PATIENCE_S
+        if time.monotonic() + wait > ends:
+            raise last
         time.sleep(wait)
 
 
@@ -124,8 +128,7 @@ def _refusal(error: HTTPError) -> Problem:
 
 
 def _batch_from(response: HTTPResponse) -> dict[str, Any]:
-    with response:
-        content = response.read()
+    content = response.read()
     try:
         batch = json.loads(content)
         batch["links"]["results"]
@@ -133,3 +136,9 @@ def _batch_from(response: HTTPResponse) -> dict[str, Any]:
         place = urlsplit(response.url).netloc
         raise Problem(502, "No service", f"{place} does not answer as Crankwright does") from None
     return batch
+
+
+def _save(response: HTTPResponse, output: Path) -> None:
+    with replacing(output) as sink:
+        while part := response.read(READ_BYTES):
+            sink.write(part)

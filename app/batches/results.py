@@ -183,7 +183,7 @@ async def _varied_fields(store: RunStore, batch: BatchRecord) -> tuple[str, ...]
             spec = _stored_parts(batch, item).get("spec")
             if not isinstance(spec, dict) or item.status == ItemStatus.REFUSED:
                 continue
-            fields = {name: value for name, value in _entries(spec) if name != "name"}
+            fields = dict(_entries(spec))
             first = fields if first is None else first
             found |= {name: None for name in {**first, **fields} if first.get(name) != fields.get(name)}
         return tuple(found)

@@ -134,6 +134,20 @@ def test_waiting_outlasts_a_restart():
     assert asyncio.run(waited()) == "succeeded"
 
 
+def test_results_outlast_a_restart():
+    away = [httpx.RemoteProtocolError("incomplete body"), *5 * [httpx.ConnectError("no")]]
+
+    def service() -> httpx.MockTransport:
+        return answering(*away, httpx.Response(200, content=b'{"index": 0}\n'))[0]
+
+    async def found() -> list[dict]:
+        async with AsyncClient(transport=service(), retries=PATIENT) as client:
+            return await client.results(BATCH)
+
+    with Client(transport=service(), retries=PATIENT) as client:
+        assert list(client.results(BATCH)) == asyncio.run(found()) == [{"index": 0}]
+
+
 def test_waiting_ends_at_its_own_time():
     transport, asked = answering(*3 * [httpx.Response(503)])
     with Client(transport=transport, retries=PATIENT) as client, pytest.raises(NoAnswer, match="3 times"):

@@ -40,7 +40,8 @@ class Client:
     """Client of the service at ``url``, with an API ``key`` if required; white space around the key is ignored.
 
     Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys; while
-    waiting for a run or a batch for longer, so that the service may restart meanwhile (see ``Retries``). Responses
+    waiting for a run or a batch and for a batch's results for longer, so that the service may restart meanwhile (see
+    ``Retries``). Responses
     other than 2xx are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as
     ``NoAnswer``; a request's own ``key`` that no header can carry as ValueError, other requests that cannot be sent as
     httpx's errors. An infeasible design is an answer: ``run.status`` is "infeasible" and ``run.result`` the diagnosis.
@@ -162,7 +163,8 @@ class Client:
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> Iterator[dict[str, Any]]:
         """The results of finished items, in order."""
-        return wire.rows_of(self._send(wire.results(batch, "ndjson", status, fields)))
+        call = wire.results(batch, "ndjson", status, fields)
+        return wire.rows_of(self._send(call, self._retries.until(None)))
 
     def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
         """The results as a pandas DataFrame indexed by item; requires pandas."""
@@ -336,7 +338,8 @@ class AsyncClient:
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> list[dict[str, Any]]:
         """The results of finished items, in order."""
-        return list(wire.rows_of(await self._send(wire.results(batch, "ndjson", status, fields))))
+        call = wire.results(batch, "ndjson", status, fields)
+        return list(wire.rows_of(await self._send(call, self._retries.until(None))))
 
     async def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
         """The results as a pandas DataFrame indexed by item; requires pandas."""

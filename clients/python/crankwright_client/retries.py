@@ -22,8 +22,8 @@ MAY_PASS = (httpx.NetworkError, httpx.TimeoutException, httpx.RemoteProtocolErro
 class Retries:
     """``attempts`` in total; delays double from ``first_s`` up to ``most_s``, unless the service sends Retry-After.
 
-    While a run or a batch is waited for, attempts go on for ``waiting_s`` at least: it is solved without its client,
-    and a service that restarts resumes it.
+    While a run, a batch or its results are waited for, attempts go on for ``waiting_s`` at least: the service solves
+    without its client, and after a restart goes on.
     """
 
     attempts: int = 6
@@ -32,7 +32,8 @@ class Retries:
     waiting_s: float = 300.0
 
     def until(self, ends: float | None) -> float:
-        """The monotonic time until which a look at a run or a batch is repeated; ``ends`` is when waiting ends."""
+        """The monotonic time until which a look at a run, a batch or its results is repeated; ``ends`` is when waiting
+        ends."""
         patient = time.monotonic() + self.waiting_s
         return patient if ends is None else min(patient, ends)
 

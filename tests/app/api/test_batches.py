@@ -60,8 +60,8 @@ def test_lines_of_json_become_items_and_items_are_runs(client: TestClient) -> No
     batch = ended(client, response)
     assert (batch["items"]["succeeded"], batch["name"], batch["ended_at"] is None) == (3, "night", False)
     rows = rows_of(client, batch)
-    assert [(row["index"], row["line"], row["load.force_n"]) for row in rows] == list(
-        zip(range(3), (1, 3, 5), forces, strict=True)
+    assert [(row["index"], row["line"], row["name"], row["load.force_n"]) for row in rows] == list(
+        zip(range(3), (1, 3, 5), [f"F {force}" for force in forces], forces, strict=True)
     )
     for row, force in zip(rows, forces, strict=True):
         run = client.get(f"/api/v1/runs/{row['run_id']}").json()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import time
 from collections.abc import Callable, Iterator
@@ -96,6 +97,8 @@ BUSY = (429, {"Retry-After": "7"}, {"title": "Too many requests", "detail": "too
 AWAY = (0, {}, None)
 SOLVED = batch("ended", done=1, succeeded=1)
 RESULTS = (200, {}, "index")
+CUT = (200, {"Transfer-Encoding": "chunked"}, "index")
+"""Results that end before the first chunk does."""
 
 
 def test_a_busy_service_is_waited_for(service: Service, pauses: list[float], send: Callable[..., Result]) -> None:
@@ -108,11 +111,26 @@ def test_a_busy_service_is_waited_for(service: Service, pauses: list[float], sen
     assert first == again and json.loads(first[2]) == PIN and first[1]
 
 
-def test_a_restart_is_waited_for(service: Service, pauses: list[float], send: Callable[..., Result]) -> None:
-    service.answers = [batch("queued"), AWAY, batch("running"), AWAY, AWAY, SOLVED, AWAY, RESULTS]
+def test_a_restart_is_waited_for(
+    service: Service, pauses: list[float], send: Callable[..., Result], tmp_path: Path
+) -> None:
+    service.answers = [batch("queued"), AWAY, batch("running"), AWAY, AWAY, SOLVED, AWAY, CUT, RESULTS]
     answer = send(service.url)
     assert answer.exit_code == 0, answer.output
-    assert pauses.count(remote._RETRY_S) == 4
+    assert pauses.count(remote._RETRY_S) == 5
+    assert (tmp_path / "results.csv").read_text() == '"index"' and not list(tmp_path.glob("*.part"))
+
+
+def test_a_full_disk_is_not_waited_for(
+    service: Service, pauses: list[float], send: Callable[..., Result], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_given: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(remote, "replacing", full)
+    service.answers = [SOLVED, SOLVED, RESULTS]
+    answer = send(service.url)
+    assert (answer.exit_code, pauses) == (1, []) and "No space left on device" in answer.stderr
 
 
 def test_a_long_batch_is_looked_at_less_often(

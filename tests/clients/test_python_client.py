@@ -348,6 +348,14 @@ def test_a_key_may_have_white_space_around_and_is_never_shown(make):
         assert key not in str(refused.value)
 
 
+@pytest.mark.parametrize(("value", "error"), [(float("nan"), ValueError), ({1.0}, TypeError)])
+def test_a_request_that_json_cannot_carry_is_named(value, error):
+    transport, asked = answering()
+    with Client(transport=transport) as client, pytest.raises(error, match=r"^specs\[2\]: .* JSON"):
+        client.batch("pin-profile", "check", [PIN, PIN, {**PIN, "bore_mm": value}])
+    assert not asked
+
+
 def test_a_file_of_another_type_is_no_batch(tmp_path):
     with Client() as client, pytest.raises(ValueError, match=r"x\.json is no batch: allowed .* sweep\(\)"):
         client.batch("pin-profile", "check", tmp_path / "x.json")

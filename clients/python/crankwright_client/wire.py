@@ -65,7 +65,7 @@ def rows(
     key: str | None,
 ) -> Call:
     """A POST of many requests: a file (.csv, .ndjson, .parquet), or mappings sent as NDJSON. Raises ValueError for any
-    other file."""
+    other file, and TypeError or ValueError for a mapping that JSON cannot carry."""
     form, content = "application/x-ndjson", b""
     if isinstance(specs, Mapping):
         raise TypeError("specs: is a single request (allowed: several mappings, such as a list of them, or a file)")
@@ -76,9 +76,16 @@ def rows(
             raise ValueError(f"specs: {file} is no batch: {allowed}")
         form, content = ROWS[file.suffix.lower()], file.read_bytes()
     else:
-        content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)
+        content = b"\n".join(_line(k, spec) for k, spec in enumerate(specs))
     asked = _given(kind=kind, mode=mode, name=name, detail=detail)
     return Call("POST", f"{PREFIX}/batches", content, _posted(form, key), asked)
+
+
+def _line(index: int, spec: Mapping[str, Any]) -> bytes:
+    try:
+        return json.dumps(spec, allow_nan=False).encode()
+    except (TypeError, ValueError) as error:
+        raise type(error)(f"specs[{index}]: {error}") from None
 
 
 def sweep(told: Mapping[str, Any], key: str | None) -> Call:

@@ -18,7 +18,7 @@ def maximum_excess(stations: Stations, values: Array, most: float = np.inf) -> A
     ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
     estimate is twice the relative excess of parabolas through three neighbouring stations. With ``most``, an upper
     bound of the values, kinks between stations are considered as well: the intersection of lines through neighbours
-    on either side.
+    on either side, next to an end of a panel the parabola or the line from the other side.
     """
     return _maximum_excess(stations.x, values, most)
 
@@ -46,17 +46,28 @@ def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
 
 
 @kernel
+def _height_toward(x: Array, y: Array, i: int, step: int) -> float:
+    """Maximum height between node i and its neighbour i + ``step`` of the parabola through i and the two nodes before
+    it, if that bends downward; otherwise of the line through i and the one before it."""
+    up = (y[i] - y[i - step]) / (x[i] - x[i - step])
+    before = (y[i - step] - y[i - 2 * step]) / (x[i - step] - x[i - 2 * step])
+    bend, end = (up - before) / (x[i] - x[i - 2 * step]), x[i + step]
+    if not bend < 0.0:
+        return max(y[i], y[i] + up * (end - x[i]))
+    top = 0.5 * (x[i] + x[i - step] - up / bend)
+    top = min(max(top, min(x[i], end)), max(x[i], end))
+    return y[i] + (top - x[i]) * (up + bend * (top - x[i - step]))
+
+
+@kernel
 def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
-    """Height at which extrapolations from both sides meet between stations i and i + 1; y[i] if they do not."""
-    up, down = 0.0, 0.0
-    if i > first:
-        up = (y[i] - y[i - 1]) / (x[i] - x[i - 1])
-    if i + 2 <= last:
-        down = (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1])
+    """Height at which extrapolations from both sides meet between stations i and i + 1; y[i] if they do not. At an end
+    of the panel, the height that the one from the other side reaches."""
     if i == first:
-        return max(y[i], y[i + 1] - down * (x[i + 1] - x[i]))
+        return max(y[i], _height_toward(x, y, i + 1, -1))
     if i + 1 == last:
-        return max(y[i], y[i] + up * (x[i + 1] - x[i]))
+        return _height_toward(x, y, i, 1)
+    up, down = (y[i] - y[i - 1]) / (x[i] - x[i - 1]), (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1])
     if up > down:
         along = (y[i + 1] - y[i] - down * (x[i + 1] - x[i])) / (up - down)
         if 0.0 < along < x[i + 1] - x[i]:

@@ -9,6 +9,9 @@ import pytest
 
 from solvers import pin
 from solvers.pin.optimum.program import constraints_at
+from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.stations.lobatto_panels import Stations
+from tests.solvers.pin.pins import VAZ
 
 PAPER = "tresca_paper"
 
@@ -107,3 +110,27 @@ def test_a_steep_rise_from_a_bare_end_is_no_maximum():
     problem = pin.PinProblem(scene, limits, pin.Free(drillable=True), pin.CRITERIA["fibre"])
     for accuracy in (1e-4, 1e-6):
         assert pin.design(problem, accuracy=accuracy).accuracy.met
+
+
+@pytest.mark.parametrize(("accuracy", "most"), [(1e-6, 100), (1e-9, 300)])
+def test_a_smooth_maximum_in_the_middle_needs_no_further_stations(accuracy, most):
+    """The line through the two nodes before the end passes above it, for which designs were repeated nine times."""
+    limits = pin.Limits(max_deflection=9e-6, max_slope=0.3)
+    found = pin.design(pin.PinProblem(VAZ, limits, pin.Free()), accuracy=accuracy)
+    assert found.accuracy.met
+    assert found.accuracy.settings["stations"] <= most
+    # Deflection governs: nowhere is the strength used up, and most of it in the middle.
+    assert found.value.check.strength_utilisation < 0.8
+    assert found.value.check.worst_section == 0.5 * VAZ.geometry.length
+
+
+def test_a_kink_next_to_the_end_of_a_panel_is_no_less_than_the_curve_it_cuts_off():
+    stations = Stations(np.array([0.0, 1.0]))
+    for place in np.linspace(stations.x[-2], 1.0, 20)[1:-1]:
+        for bend in (-1.0, 0.0, 1.0):
+            rise = 0.2 + 0.1 * stations.x + bend * 0.03 * stations.x**2
+            top = 0.2 + 0.1 * place + bend * 0.03 * place**2
+            values = np.where(stations.x > place, top - 10.0 * (stations.x - place), rise)
+            for y in (values, values[::-1]):
+                excess = maximum_excess(stations, y[None], most=1.0)
+                assert y.max() * (1.0 + excess[0]) >= top * (1.0 - 1e-5)

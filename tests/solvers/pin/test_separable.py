@@ -283,6 +283,14 @@ def test_a_slope_beside_a_deflection_leaves_next_to_no_gap(drillable):
     assert 0.0 <= outcome.certificate.gap < 5e-6
 
 
+@pytest.mark.parametrize(("accuracy", "warned"), [(1e-5, False), (1e-9, True)])
+def test_a_gap_above_the_accuracy_is_told(accuracy, warned):
+    problem = pin.PinProblem(VAZ, pin.Limits(max_deflection=8.4e-6, max_slope=0.5), pin.Free(drillable=True))
+    outcome = pin.design(problem, accuracy=accuracy)
+    assert 1e-7 < outcome.certificate.gap < 1e-6
+    assert any("excluded only to" in warning for warning in outcome.value.check.warnings) == warned
+
+
 @pytest.mark.parametrize("limit", [8.4e-6, 9e-6, 12e-6])
 def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(limit):
     p = program(tolerance=1e-4, max_deflection=limit, max_slope=0.3)

@@ -7,8 +7,10 @@ import pytest
 
 from solvers.numerics.panels import resolve, rule_of
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import amplitude_bounds, no_ripple, parts_at, ripple_at, ripple_of
+from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.numerics.ripple_peaks import greatest_with_ripple
+from solvers.rod.vibration.motion import amplitudes
+from solvers.rod.vibration.ringing import FreeModes, ringing_of
 
 TURN = 2 * np.pi
 RULE = radau(10)
@@ -53,9 +55,11 @@ class Rippling:
         corner = np.where(np.arange(15) < 7, first, second)
         grown = np.stack([self.phase(row, c) for row, c in zip(x, corner, strict=True)])
         start = self.start[(np.arange(15) >= 7).astype(int)] * np.exp(grown[:, :, 0])
-        shape = np.broadcast_to(np.moveaxis(self.shape(x), 0, -1)[:, None], (15, len(self.paces), *x.shape[1:], 2))
-        phase, both = grown - grown[:, :, :1], np.stack([shape.real, shape.imag], axis=-2)
-        return ripple_of(edges, start, np.ascontiguousarray(phase), np.ascontiguousarray(both), RULE)
+        shape = np.array(len(self.paces) * [np.moveaxis(self.shape(x), 0, -1)])
+        phase = np.ascontiguousarray(np.moveaxis(grown - grown[:, :, :1], 1, 0))
+        whole, states = np.ones(phase.shape[:2], np.complex128), np.empty((15, 0, 0))
+        free = FreeModes(edges, np.arange(15), shape, phase, whole, np.zeros(len(self.paces)), states, states)
+        return ringing_of(free, np.eye(2), np.ascontiguousarray(start), RULE)
 
 
 CASES = [((40.0,), (0.3,)), ((25.0, 90.0, 400.0), (1e-3, 1e-4, 1e-6)), ((130.0, 310.0, 900.0), (1e-5, 2e-8, 1e-8))]
@@ -67,7 +71,8 @@ def test_the_ripple_can_be_evaluated_at_any_angle(paces, sizes):
     ripple = given.ripple()
     found = ripple_at(ripple, len(paces), given.weights[None, :], angle)[0]
     assert found == pytest.approx(given.ring(angle), abs=1e-8 * sum(sizes))
-    assert given.weights @ parts_at(ripple, angle) == pytest.approx(found, abs=1e-12 * sum(sizes))
+    parts = amplitudes(ripple.edges, np.zeros((15, RULE.points.size, 2)), RULE, ripple, angle)
+    assert given.weights @ parts == pytest.approx(found, abs=1e-12 * sum(sizes))
     assert np.abs(found).max() < amplitude_bounds(ripple, given.weights).max(axis=0).sum() < 10 * sum(sizes)
 
 

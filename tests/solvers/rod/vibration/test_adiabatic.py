@@ -12,11 +12,10 @@ from bench import rod_tables
 from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import resolution
-from solvers.rod.vibration.adiabatic_modes import adiabatic_modes
-from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
+from solvers.rod.vibration.adiabatic_motion import adiabatic_motion, coordinates_of
 from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import MANY, Excitation
+from solvers.rod.vibration.excitation import MANY, RULE, Excitation
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP
 from tests.solvers.rod.vibration.test_ringing import QUICK, integrated, reactions
@@ -41,8 +40,18 @@ def test_modes_are_those_under_every_force():
     cycle = cycle_of(RodInertia(), PAPER, STRIP)
     excitation = Excitation.of(cycle, 1e-6)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 9, 0.0)
-    fluctuation = np.linspace(-0.9, 0.5, 40) / equation.geometric[0, 0]
-    frequencies, modes = adiabatic_modes(equation, fluctuation)
+    n, shape = equation.masses.size, (4, RULE.points.size)
+    fluctuation = np.linspace(-0.9, 0.5, 4 * RULE.points.size) / equation.geometric[0, 0]
+    found = coordinates_of(
+        equation,
+        RULE,
+        np.linspace(0.0, 1.0, 5),
+        fluctuation.reshape(shape),
+        np.zeros((*shape, n)),
+        np.zeros(shape),
+        n - 1,
+    )
+    frequencies, modes = found.frequency.reshape(-1, n), found.modes.reshape(-1, n, n)
     mass = np.diag(equation.masses)
     for force, frequency, own in zip(fluctuation, frequencies, modes, strict=True):
         stiffness = np.eye(mass.shape[0]) + force * equation.geometric

@@ -25,7 +25,7 @@ def points(edges):
 
 def equation_of(masses, geometric, loss=0.0):
     """The equation of motion of given modes; the strip itself does not enter it."""
-    given = StripEquation.of(strip_of(PAPER, STRIP, Composition()), 1.0, 0.0, 4, 0.0)
+    given = StripEquation.of(strip_of(PAPER, STRIP, Composition(couples=True)), 1.0, 0.0, 4, 0.0)
     eigenvalues, vectors = np.linalg.eigh(geometric)
     return given._replace(
         loss=loss, masses=masses, geometric=geometric, eigenvalues=eigenvalues,

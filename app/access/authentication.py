@@ -76,7 +76,8 @@ class Authentication:
 
     async def _refuse(self, scope: AsgiScope, receive: Receive, send: Send) -> None:
         wants_page = b"text/html" in (header(scope, b"accept") or b"") and not scope["path"].startswith("/api/")
-        if wants_page and scope["method"] == "GET":
+        if wants_page:
+            # An address that a form is sent to leads to the form's page, too, when it is opened.
             asked = scope["path"] + (f"?{scope['query_string'].decode('latin-1')}" if scope["query_string"] else "")
             location = f"/login?next={quote(asked, safe='/')}".encode()
             await send({"type": "http.response.start", "status": 303, "headers": [(b"location", location)]})

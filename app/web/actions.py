@@ -88,10 +88,13 @@ async def to_stock(
     return _redirect(f"/runs/compare?a={run_id}&b={rounded_id}")
 
 
+@router.get("/runs/{run_id}/accuracy")
+@router.get("/runs/{run_id}/cancel")
 @router.get("/runs/{run_id}/effects")
 @router.get("/runs/{run_id}/stock")
 async def back_to_run(request: Request, run_id: str) -> Response:
-    """The run's page: what was posted here is shown with messages, from where language and units can be changed."""
+    """The run's page: what was posted here is shown with messages, from where language and units can be changed, and a
+    login leads back to here."""
     await run_of(request, run_id)
     return _redirect(f"/runs/{run_id}")
 

@@ -29,7 +29,7 @@ from app.designs.schema import entry
 from app.designs.units import split_unit
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
-from app.store.batch_records import ACTIVE, BatchStatus
+from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus
 from app.store.errors import UnknownBatch, UnknownRun
 from app.web.forms.faults import Faults, faults_of
 from app.web.languages import COOKIE, UNITS_COOKIE, if_allowed, keep
@@ -204,13 +204,31 @@ async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str
     return json.loads(run.spec)
 
 
+async def _batch_of(request: Request, batch_id: str) -> BatchRecord:
+    try:
+        return await _service(request).get(batch_id)
+    except UnknownBatch:
+        raise Problem(404, "No such batch", "no batch has this id") from None
+
+
+@router.get("/batches/sweep")
+@router.get("/batches/upload")
+async def back_to_batches() -> Response:
+    """The page with the forms that are sent here: a login leads back to here."""
+    return RedirectResponse("/batches", status_code=303)
+
+
+@router.get("/batches/{batch_id}/cancel")
+async def back_to_batch(request: Request, batch_id: str) -> Response:
+    """The batch's page: a login leads back to here."""
+    await _batch_of(request, batch_id)
+    return RedirectResponse(f"/batches/{batch_id}", status_code=303)
+
+
 @router.get("/batches/{batch_id}")
 async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
     """Page of one batch: progress, downloads and map."""
-    try:
-        batch = await _service(request).get(batch_id)
-    except UnknownBatch:
-        raise Problem(404, "No such batch", "no batch has this id") from None
+    batch = await _batch_of(request, batch_id)
     return page(
         request,
         "batch.html",

@@ -20,4 +20,5 @@ def script_words() -> dict[str, str]:
         "busy": _("Not now: {busy}"),
         "no_answer": _("No answer just now."),
         "silent": _("The service does not answer."),
+        "logged_out": _("Your login has ended. Log in, then go back to this form: it keeps what was typed."),
     }

@@ -244,7 +244,9 @@
     if (busy) { again = true; return; }
     busy = true;
     try {
-      const drawn = await (await send(form.dataset.drawing)).json();
+      const sent = await send(form.dataset.drawing);
+      if (sent.status === 401) return live.replaceChildren(make("p", { class: "summary" }, say("logged_out")));
+      const drawn = await sent.json();
       if (drawn.svg) { drawing.innerHTML = drawn.svg; light(); }
       document.title = document.title.replace(title.textContent, drawn.title);
       title.textContent = drawn.title;

@@ -216,6 +216,8 @@ def test_a_page_redirects_to_the_login_and_back(service):
     first = client.get("/runs?kind=flexible-rod", headers=HTML)
     assert (first.status_code, first.headers["location"]) == (303, "/login?next=/runs%3Fkind%3Dflexible-rod")
     assert 'value="/runs?kind=flexible-rod"' in client.get(first.headers["location"]).text
+    sent = client.post("/designs/flexible-rod?mode=check", data={"name": "mine"}, headers=HTML)
+    assert (sent.status_code, sent.headers["location"]) == (303, "/login?next=/designs/flexible-rod%3Fmode%3Dcheck")
     refused = client.post("/login", data={"key": "cw_wrong", "next": "/runs"})
     assert refused.status_code == 401 and "set-cookie" not in refused.headers
     answer = client.post("/login", data={"key": key, "next": "/runs"})
@@ -242,6 +244,22 @@ def test_a_page_redirects_to_the_login_and_back(service):
         assert client.get("/runs", headers=HTML).status_code == 303
     finally:
         client.cookies.clear()
+
+
+def test_a_login_leads_to_the_page_of_every_form(service):
+    """Whose session has ended is redirected from the address that the form is sent to."""
+    key, key_id = service.key(Scope.ADMIN)
+    run = make_record(owner=key_id, status="queued", result=None)
+    service.put([run])
+    found = routes(service)
+    fetched = ("/login", "/logout", "/designs/{slug}/drawing", "/designs/{slug}/answer")
+    for path in {path for method, path in found if method == "POST" and not path.startswith("/api/")} - {*fetched}:
+        assert ("GET", path) in found, path
+        if path.startswith("/runs/"):
+            answer = ask(service, "GET", filled(path, run.id), {**bearer(key), **HTML})
+            assert answer.headers["location"] == f"/runs/{run.id}", path
+    for path in ("/batches/sweep", "/batches/upload"):
+        assert ask(service, "GET", path, {**bearer(key), **HTML}).headers["location"] == "/batches"
 
 
 @pytest.mark.parametrize("place", ["https://evil.example", "//evil.example", "/\\evil.example", "/\tx", "evil"])

@@ -26,6 +26,8 @@ from app.designs.pictures.chart import STYLE
 
 WIDTH, HEIGHT = 430.0, 360.0
 _STEP, _GAP, _ARROW, _LETTER, _CAP = 25.0, 4.0, 7.0, 7.6, 10.0
+_COLUMN = 2.0 * (5.0 + _CAP) + 5.0
+"""From one vertical dimension line to the next: the text of each may stand between them."""
 _ROOM = 14.0
 _STYLES = {
     Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
@@ -189,13 +191,18 @@ def _dimension(sheet: _Sheet, dimension: Dimension) -> str:
         y = sheet.y(dimension.at) - dimension.level * _STEP
         ends, extensions = ((x1, y), (x2, y)), (((x1, y1), (x1, y)), ((x2, y2), (x2, y)))
     elif dimension.axis == "y":
-        x = sheet.x(dimension.at) + dimension.level * _STEP
+        x = sheet.x(dimension.at) + _beside(dimension.level)
         ends, extensions = ((x, y1), (x, y2)), (((x1, y1), (x, y1)), ((x2, y2), (x, y2)))
     else:
         ends, extensions = ((x1, y1), (x2, y2)), ()
     field = f' data-for="{escape(dimension.path)}"' if dimension.path else ""
     lines = "".join(_extension(*pair) for pair in extensions) + _arrows(sheet, *ends)
     return f'<g class="dimension"{field}>{lines}{_measure(sheet, *ends, dimension)}</g>'
+
+
+def _beside(level: int) -> float:
+    """The distance of a vertical dimension line from what it is level with."""
+    return math.copysign(_STEP + _COLUMN * (abs(level) - 1), level) if level else 0.0
 
 
 def _extension(start: Place, end: Place) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -57,3 +58,22 @@ def test_the_widths_of_a_strip_in_inches_stand_beside_it():
     places = sorted((float(x), 0.5 * 7.6 * len(words)) for x, _, _, _, words in texts if words.startswith("h"))
     (first, half), (second, other) = places
     assert first + half < second - other
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_texts_of_vertical_dimensions_side_by_side_do_not_meet(side):
+    inner = part(4.0, 80.0 if side > 0 else 0.0, side)
+    (short,) = inner.dimensions
+    long = replace(short, start=(short.at, -10.0), end=(short.at, 10.0), words="ø 20", level=2 * side)
+    svg = drawing_svg(replace(inner, dimensions=(short, long)))
+    # Turned, a text reaches from its place to the left.
+    (first, *_), (second, *_) = text_of(svg, short.words), text_of(svg, long.words)
+    assert abs(second - first) > 10.0
+
+
+def test_a_dimension_in_inches_is_that_of_the_part_not_of_its_rounded_text():
+    size = Dimension((0.0, -10.547177), (0.0, 10.547177), "ø 21.094", "y", 0.0, -1)
+    outline = Line(((0.0, -10.0), (80.0, 10.0)))
+    with measuring(System.INCH):
+        (told,) = in_words(Drawing("a plate", (outline,), (size,))).dimensions
+    assert told.words == "ø 0.83049"

@@ -18,6 +18,7 @@ PATTERNS_FILE = LOCALE / "patterns.txt"
 _NAME = re.compile(r"[a-z]\w*(?:[._]\w+)+")
 _NAME_INSIDE = re.compile(r"(?<![\w./])[a-z]{2}\w*(?:[._][a-z]\w+)+(?![\w/])")
 _ENGLISH = re.compile(r"[A-Za-z]{2}")
+_CYRILLIC = re.compile(r"[А-Яа-яЁёЄєІіЇїҐґ]")
 
 
 def spoken(text: str, keep_names: bool = False) -> str:
@@ -35,8 +36,10 @@ def _in_words(name: re.Match[str]) -> str:
 
 
 def is_foreign(text: str) -> bool:
-    """Whether a text has no translation in the current, non-English language."""
-    return language() != "en" and bool(_ENGLISH.search(text)) and _spoken(text, language()) == text
+    """Whether a text has no translation in the current, non-English language and is none itself."""
+    if language() == "en" or _CYRILLIC.search(text):
+        return False
+    return bool(_ENGLISH.search(text)) and _spoken(text, language()) == text
 
 
 @lru_cache(4096)

@@ -77,6 +77,7 @@ def test_a_sentence_in_inches_is_no_less_translated():
         assert spoken(text) == "стенка в тончайшем месте 0.1 in, а не 0.2 in, как требовалось"
         assert not is_foreign(text)
         assert is_foreign("a sentence of 3 mm that no one knows")
+        assert not is_foreign("не более geometry.outer_diameter_mm"), "a screen reader would read it as English"
 
 
 @pytest.mark.parametrize("code", ["ru", "uk"])

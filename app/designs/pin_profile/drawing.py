@@ -49,17 +49,18 @@ class _Seats:
         return [*shapes, Line(((-0.06 * outer, 0.0), (L + 0.06 * outer, 0.0)), Layer.CENTER)]
 
     def dimensions(self, reach: float) -> list[Dimension]:
+        """Of the seats: below one another, as a text longer than its line extends to its right."""
         L, c = self.length, self.boss + self.gap
         dimensions = [
             Dimension((L - self.boss, -reach), (L, -reach), words_of("boss", self.boss), "x", -reach, -1,
                       "geometry.boss_length_mm"),
             Dimension((c, -reach), (c + self.small_end, -reach), words_of("small end", self.small_end), "x", -reach,
-                      -1, "geometry.small_end_length_mm"),
+                      -2, "geometry.small_end_length_mm"),
             Dimension((0.0, reach), (L, reach), words_of("", L), "x", reach, 1),
         ]  # fmt: skip
         if self.gap:
             edges = (self.boss, -reach), (c, -reach)
-            dimensions.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -2, "geometry.gap_mm"))
+            dimensions.append(Dimension(*edges, words_of("gap", self.gap), "x", -reach, -3, "geometry.gap_mm"))
         return dimensions
 
 

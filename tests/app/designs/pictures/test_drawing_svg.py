@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import combinations
 
 import pytest
 
@@ -77,3 +78,13 @@ def test_a_dimension_in_inches_is_that_of_the_part_not_of_its_rounded_text():
     with measuring(System.INCH):
         (told,) = in_words(Drawing("a plate", (outline,), (size,))).dimensions
     assert told.words == "ø 0.83049"
+
+
+@pytest.mark.parametrize("small_end", [3.0, 14.0, 60.0])
+def test_the_lengths_of_a_pins_seats_do_not_meet(small_end):
+    kind = KINDS["pin-profile"]
+    example = kind.example(Mode.CHECK)
+    geometry = example["geometry"] | {"small_end_length_mm": small_end, "boss_length_mm": 0.5 * (78.0 - small_end)}
+    svg = drawing_svg(kind.drawing(example | {"geometry": geometry}))
+    heights = [float(y) for _, y, *_, words in _TEXT.findall(svg) if words.startswith(("boss", "small end", "gap"))]
+    assert len(heights) == 3 and min(abs(a - b) for a, b in combinations(heights, 2)) > 14.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 
 from solvers.errors import InvalidInput
 from solvers.linkage.limits import Limits
@@ -23,6 +24,9 @@ from solvers.outcome import Shortfall
 
 _GAP = 1e-2
 """Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
+
+_FITTING = 1e-11
+"""Relative excess of a box that counts as fitting."""
 
 _SHORTEST_LINK = Objective(
     "min_link",
@@ -81,8 +85,12 @@ def _box(problem: LinkageProblem, names: tuple[str, ...], advice: str) -> _Group
     pads = 2.0 * problem.limits.joint_radius
     sides = zip(("width", "height"), problem.limits.sides, strict=True)
     room = tuple(side - pads if name in names else math.inf for name, side in sides)
-    misfit = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
-    return _Group(names, misfit, advice, lambda side, factor: factor * (side - pads) + pads)
+    return _Group(names, _misfit(room), advice, lambda side, factor: factor * (side - pads) + pads)
+
+
+def _misfit(room: tuple[float, float]) -> Objective:
+    """Minimise the factor by which a box of this width and height, without the joints, must grow to hold a mechanism."""
+    return Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
 
 
 def _smaller(problem: LinkageProblem) -> tuple[str, str]:
@@ -186,13 +194,44 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
         required = {name: limit for name, limit in required.items() if group.misses(limit, best)}
         if len(required) > 1:
             # Of two sides of the box one may be out of reach by itself: then it alone is reported.
-            sides = {name: _box(problem, (name,), "") for name in required}
+            sides = {name: _box(problem, (name,), group.advice) for name in required}
             found = {name: _best(problem, side.objective, others(group)) for name, side in sides.items()}
             single = {name: limit for name, limit in required.items() if sides[name].misses(limit, found[name])}
             required = single or required
+            if len(single) == 1:
+                (name,) = single
+                group, best, kept = sides[name], found[name], others(sides[name])
+                if min(kept.sides) < math.inf:
+                    best = _beside_the_other(problem, name, kept, found)
         if required:
             out.append(_Missed(group, required, best))
     return out
+
+
+def _beside_the_other(
+    problem: LinkageProblem, name: str, limits: Limits, alone: dict[str, tuple[float, str] | None]
+) -> tuple[float, str] | None:
+    """The least factor of a side of the box, less its joints, at which both sides fit in one orientation, and the type.
+
+    ``alone`` has the factor of each side without a limit on the other. None if there is none.
+    """
+    from scipy.optimize import brentq
+
+    pads, free = 2.0 * problem.limits.joint_radius, replace(limits, width=None, height=None)
+    if any(best is None or (side != name and best[0] > 1.0 + _FITTING) for side, best in alone.items()):
+        return None
+
+    @cache
+    def fit(logarithm: float) -> tuple[float, str]:
+        factors = (math.exp(logarithm) if side == name else 1.0 for side in ("width", "height"))
+        room = (factor * (side - pads) for factor, side in zip(factors, problem.limits.sides, strict=True))
+        return _best(problem, _misfit(tuple(room)), free)
+
+    low = high = math.log(alone[name][0])
+    while fit(high)[0] > 1.0 + _FITTING:
+        high += math.log(2.0)
+    found = high if high == low else brentq(lambda x: fit(x)[0] - 1.0, low, high, xtol=1e-11)
+    return math.exp(found), fit(found)[1]
 
 
 def _best(problem: LinkageProblem, objective: Objective, limits: Limits) -> tuple[float, str] | None:

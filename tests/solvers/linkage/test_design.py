@@ -531,6 +531,17 @@ def test_of_two_sides_only_the_one_out_of_reach_is_reported():
     assert {entry.requirement for entry in both} == {"width", "height"}
 
 
+@pytest.mark.parametrize(("objective", "other"), [("box_area", 0.042), ("impact_speed", 0.033)])
+@pytest.mark.parametrize("short", ["width", "height"])
+def test_a_side_out_of_reach_is_attainable_in_the_orientation_that_the_other_one_needs(objective, other, short):
+    asked = Limits(**{"min_link": 8e-3, "joint_radius": 6e-3, "width": other, "height": other, short: 0.018})
+    (entry,) = designed(BREAKER, asked, objective).diagnosis
+    assert entry.requirement == short
+    for share, attained in ((1.0, True), (0.998, False)):
+        eased = replace(asked, **{short: entry.attainable * share})
+        assert (designed(BREAKER, eased, objective).value is not None) == attained
+
+
 def test_a_gap_that_the_tails_leave_is_not_narrowed_elsewhere():
     scene = replace(BREAKER, restitution=linkage.Restitution(0.09, 0.09))
     outcome = designed(scene, Limits(height=0.05), "impact_speed", "largest_base")

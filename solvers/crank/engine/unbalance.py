@@ -60,7 +60,7 @@ def balance(cycle: Cycle) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    # Of the displacement: if the rod is hardly longer than the crank, peaks of the acceleration are too narrow to sample.
+    # Of the displacement: with a rod hardly longer than the crank the acceleration's peaks are too narrow to sample.
     harmonics = np.fft.rfft(cycle.motion.displacement(angle))
     masses, engine = cycle.scene.masses, cycle.scene.engine
     per_harmonic = masses.reciprocating * cycle.machine.speed**2 / (samples / 2)

@@ -89,7 +89,7 @@ def _box(problem: LinkageProblem, names: tuple[str, ...], advice: str) -> _Group
 
 
 def _misfit(room: tuple[float, float]) -> Objective:
-    """Minimise the factor by which a box of this width and height, without the joints, must grow to hold a mechanism."""
+    """Minimise the factor by which a box of this width and height, less the joints, must grow to hold a mechanism."""
     return Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
 
 

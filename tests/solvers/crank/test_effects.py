@@ -54,6 +54,16 @@ def test_auto_leaves_out_what_cannot_matter():
     assert (fast["reciprocating_inertia"], fast["pin_offset"]) == ("active", "skipped")
 
 
+def test_a_diagram_that_only_the_offset_reaches_says_why_the_offset_counts():
+    offset = replace(CAR, offset=0.04)
+    cylinder, swept = car().cylinder, car().cylinder.area * offset.motion.stroke
+    volumes = tuple((cylinder.clearance_volume + swept * np.linspace(0.0, 1.0, 9)).tolist())
+    diagram = crank.IndicatorPressure(tuple(crank.Stroke(volumes, (p,) * 9) for p in (0.9e5, 5e5, 2e6, 1.1e5)))
+    (entry,) = (e for e in crank.analyse(car(mechanism=offset, pressure=diagram)).effects if e.name == "pin_offset")
+    assert str(entry.state) == "active"
+    assert "without it there is no result" in entry.why
+
+
 def test_an_offset_moves_the_dead_centres_and_can_be_left_out():
     shifted = car(mechanism=replace(CAR, offset=0.01))
     found = crank.analyse(shifted, ALL).value

@@ -105,8 +105,8 @@ def choose(
         if math.isinf(influences[name]):
             return (
                 EffectState.ACTIVE,
-                "its influence cannot be estimated: without it there is no result, or buckling, resonance or a change of "
-                "sign is near",
+                "its influence cannot be estimated: without it there is no result, or buckling, resonance or a change "
+                "of sign is near",
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 

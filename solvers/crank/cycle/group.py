@@ -11,7 +11,7 @@ from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 
-_MAX_BREAKS, _MIN_BREAKS_PER_CYLINDER = 20_000, 500
+_MAX_BREAKS, _MIN_BREAKS_PER_CYLINDER = 20_000, 1500
 """Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""
 _COINCIDENCE_TOLERANCE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
 """Distance below which breaks of several cylinders coincide up to rounding."""
@@ -27,6 +27,33 @@ class CylinderGroup(NamedTuple):
     bounds: Array
     piece: Index
     shift: Array
+
+
+@kernel
+def _on_shaft(bounds: Array, gas: Unrolled, phases: Array, exact: bool) -> CylinderGroup:
+    """Return the group with these bounds; ``exact`` if no piece has breaks within."""
+    breaks, count = gas.breaks, bounds.size
+    start, period = breaks[0], breaks[-1] - breaks[0]
+    piece = np.full((count - 1, phases.size), -1, np.intp)
+    shift = np.empty((count - 1, phases.size))
+    for n in range(count - 1):
+        middle = 0.5 * (bounds[n] + bounds[n + 1])
+        for i in range(phases.size):
+            offset = -phases[i] - math.floor((middle - phases[i] - start) / period) * period
+            shift[n, i] = offset
+            if exact:
+                piece[n, i] = piece_of(middle + offset, breaks)
+    return CylinderGroup(bounds, piece, shift)
+
+
+@kernel
+def equal_pieces(gas: Unrolled, phases: Array, count: int) -> CylinderGroup:
+    """Return the group with this many equal pieces, within which the pressures may have breaks."""
+    start, period = gas.breaks[0], gas.breaks[-1] - gas.breaks[0]
+    bounds = np.empty(count + 1)
+    for k in range(count + 1):
+        bounds[k] = start + period * (k / count)
+    return _on_shaft(bounds, gas, phases, False)
 
 
 @kernel
@@ -49,19 +76,6 @@ def cylinder_group(gas: Unrolled, phases: Array) -> CylinderGroup:
             merged[count] = value
             count += 1
     merged[count - 1] = start + period
-    exact = count <= limit
-    if not exact:
-        count = limit
-        for k in range(count):
-            merged[k] = start + period * (k / (count - 1))
-    bounds = merged[:count].copy()
-    piece = np.full((count - 1, phases.size), -1, np.intp)
-    shift = np.empty((count - 1, phases.size))
-    for n in range(count - 1):
-        middle = 0.5 * (bounds[n] + bounds[n + 1])
-        for i in range(phases.size):
-            offset = -phases[i] - math.floor((middle - phases[i] - start) / period) * period
-            shift[n, i] = offset
-            if exact:
-                piece[n, i] = piece_of(middle + offset, breaks)
-    return CylinderGroup(bounds, piece, shift)
+    if count > limit:
+        return equal_pieces(gas, phases, limit - 1)
+    return _on_shaft(merged[:count].copy(), gas, phases, True)

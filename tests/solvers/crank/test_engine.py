@@ -127,3 +127,20 @@ def test_cylinders_that_cannot_share_a_pin_are_named():
     with pytest.raises(InvalidInput) as refusal:
         crank.analyse(car(engine=engine, masses=replace(MASSES, rods_per_pin=2)))
     assert refusal.value.field == "engine.phases.1"
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_what_many_cylinders_with_noisy_pressures_may_hide_is_in_the_estimate(seed):
+    """A quarter of a million data points of all cylinders together: extremes may lie between two looks."""
+    random = np.random.default_rng(seed)
+    angle = np.arange(4000) * (4.0 * math.pi / 4000)
+    pressure = 1e5 + 1e4 * np.cos(angle) + 3e3 * random.standard_normal(4000)
+    phases = np.append(0.0, random.uniform(0.0, 4.0 * math.pi, 63))
+    engine = crank.Engine(tuple(phases.tolist()), (0.0,) * 64)
+    table = crank.TablePressure(tuple(angle.tolist()), tuple(pressure.tolist()))
+    outcome = crank.analyse(car(engine=engine, pressure=table), ALL, series_angles=1)
+    found, close = outcome.value, np.linspace(0.0, 4.0 * math.pi, 60_000)
+    total = sum(found.cycle.forces(close - phase).torque for phase in phases)
+    swing, missed = found.speed_fluctuation, outcome.accuracy.estimated * np.abs(total).max()
+    assert total.max() <= swing.torque_max + missed
+    assert total.min() >= swing.torque_min - missed

@@ -19,16 +19,31 @@ PASTE = """text => {
 }"""
 
 
+@pytest.fixture(scope="module")
+def tab(browser) -> Iterator[Page]:
+    """One for all tests: to begin another takes the processor a second."""
+    tab = browser.new_page()
+    yield tab
+    tab.close()
+
+
 @pytest.fixture
-def page(browser, address) -> Iterator[Page]:
-    """A page that fails its test for what the console or a request to elsewhere tells."""
+def page(tab, address) -> Iterator[Page]:
+    """The tab without cookies; it fails its test for what the console or a request to elsewhere tells."""
     faults: list[str] = []
-    page = browser.new_page(viewport={"width": 1300, "height": 900})
-    page.on("console", lambda message: faults.append(message.text) if message.type == "error" else None)
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    page.on("request", lambda sent: None if sent.url.startswith(address) else faults.append(sent.url))
-    yield page
-    page.close()
+    heard = {
+        "console": lambda message: faults.append(message.text) if message.type == "error" else None,
+        "pageerror": lambda error: faults.append(str(error)),
+        "request": lambda sent: None if sent.url.startswith(address) else faults.append(sent.url),
+    }
+    tab.goto("about:blank")
+    tab.context.clear_cookies()
+    tab.set_viewport_size({"width": 1300, "height": 900})
+    for event, hear in heard.items():
+        tab.on(event, hear)
+    yield tab
+    for event, hear in heard.items():
+        tab.remove_listener(event, hear)
     # The icon that browsers ask for on their own, and forms sent back with their faults.
     assert [fault for fault in faults if "404" not in fault and "422" not in fault] == []
 

@@ -19,7 +19,7 @@ from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
 from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
 from solvers.linkage.optimum.infeasibility import diagnose
-from solvers.linkage.optimum.quantities import Quantities
+from solvers.linkage.optimum.quantities import EXCESS, Quantities
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
@@ -85,7 +85,8 @@ def design(
             Status.INFEASIBLE,
             None,
             choice.manifest,
-            Accuracy(accuracy, gap, settings),
+            # What is attainable is what an actual linkage attains.
+            Accuracy(accuracy, EXCESS, settings),
             certificate=Certificate(_METHOD, math.inf, 0.0, _evidence(found)),
             diagnosis=diagnose(problem),
             timing={"solve_s": time.perf_counter() - started},

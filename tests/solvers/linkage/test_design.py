@@ -279,6 +279,16 @@ def test_a_limit_out_of_reach_beside_others_that_clash_is_named_with_them():
     assert [name for name, e in entries.items() if "even alone" in e.advice] == ["enclosing_radius"]
 
 
+def test_a_diagnosis_is_as_accurate_as_the_linkages_it_names():
+    outcome = designed(BREAKER, Limits(min_link=0.2), "longest_link", accuracy=1e-9)
+    assert outcome.value is None
+    assert outcome.accuracy.met
+    (entry,) = outcome.diagnosis
+    met = designed(BREAKER, Limits(min_link=entry.attainable * (1.0 - 1e-9)), "longest_link")
+    assert met.value is not None
+    assert designed(BREAKER, Limits(min_link=entry.attainable * (1.0 + 1e-9)), "longest_link").value is None
+
+
 def test_limits_that_only_clash_with_each_other_are_named():
     limits = Limits(min_link=8e-3, longest_link=0.05, max_pin_force=1000.0)
     outcome = designed(BREAKER, limits, "longest_link")

@@ -14,10 +14,10 @@ from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.cycle.state import MOMENT, SIDE
+from solvers.rod.cycle.state import MOMENT, SIDE, states_of
 from solvers.rod.vibration import periodic_motion as motions
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import Excitation, states_at
+from solvers.rod.vibration.excitation import Excitation
 
 DIAGRAM = {
     "kind": "indicator",
@@ -112,7 +112,7 @@ def test_the_error_of_greatest_values_from_omitted_ringing_is_estimated(monkeypa
     excitation = Excitation.of(Cycle(asked.scene(), asked.strip(), Composition(couples=True)), 1e-10)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 20, loss)
     angles = np.linspace(0.0, 2.0 * math.pi, 20_001)
-    states = states_at(excitation.drive, excitation.strip, angles)
+    states = states_of(excitation.drive, excitation.strip, angles)
     quasi_static = np.stack([states[MOMENT], -states[SIDE]]) / excitation.strip.stiffness
     read = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)])
 

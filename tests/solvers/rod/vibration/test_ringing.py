@@ -15,11 +15,11 @@ from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.corrected_sampling import SampledCycle
 from solvers.rod.cycle.guide_loads import magnitude
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, states_of
 from solvers.rod.piston.friction import power_at
 from solvers.rod.vibration import periodic_motion as motions
 from solvers.rod.vibration.equation import StripEquation, damping_of, quasi_static
-from solvers.rod.vibration.excitation import RULE, Excitation, states_at
+from solvers.rod.vibration.excitation import RULE, Excitation
 from solvers.rod.vibration.periodic_motion import motion
 from solvers.rod.vibration.ringing import free_modes
 from solvers.rod.vibration.steady_response import RodInertia
@@ -75,7 +75,7 @@ def transfers(equation, excitation, edges):
     x = (edges[:-1, None] + width[:, None] * nodes).ravel()
 
     def static(angle):
-        return quasi_static(equation, states_at(excitation.drive, excitation.strip, angle))
+        return quasi_static(equation, states_of(excitation.drive, excitation.strip, angle))
 
     fluctuation, _, load = static(x)
     if equation.loss:
@@ -108,7 +108,7 @@ def integrated(equation, excitation, angles):
         maps[-1][:, -1] += step[:, -1]
     turn = maps[-1]
     state = np.append(np.linalg.solve(np.eye(2 * n) - turn[:, :-1], turn[:, -1]), 1.0)
-    static = quasi_static(equation, states_at(excitation.drive, excitation.strip, angles))[1]
+    static = quasi_static(equation, states_of(excitation.drive, excitation.strip, angles))[1]
     at = [maps[edges.searchsorted(angle)] for angle in angles]
     return np.array([(there @ state)[:n] - own for there, own in zip(at, static, strict=True)]).T
 

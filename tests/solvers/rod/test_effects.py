@@ -97,7 +97,7 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
         assert parameters(cycle) == names - COUNTED - {"friction"}
         plain = Cycle(HEAVY, STRIP, by_hand(names), 1e-2).at(angles)
         assert chosen.force.tobytes() == plain.force.tobytes()
-        for field in ("curvature", "axial_force"):
+        for field in ("curvature", "fibre_stresses"):
             first, second = getattr(chosen, field)(stations), getattr(plain, field)(stations)
             assert first.tobytes() == second.tobytes()
         assert chosen.side_force().tobytes() == plain.side_force().tobytes()

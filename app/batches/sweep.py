@@ -47,7 +47,7 @@ class Vary(Strict):
         """Contradictions within one field's values."""
         if self.values is not None:
             beside = self.from_ is not None or self.to is not None or self.steps is not None
-            return [entry(at, "has values and a range", "one of both")] if beside else []
+            return [entry(at, "has values and a range", "exactly one of the two")] if beside else []
         if self.from_ is None or self.to is None:
             return [entry(at, "has no values", "values, or from and to")]
         if self.scale == "log" and min(self.from_, self.to) <= 0:

@@ -162,7 +162,7 @@ def test_rod_design_with_what_is_added_by_a_click(page, address):
     fill(page, "Safety against yield, at least", "1,5")
     page.get_by_role("button", name="Design", exact=True).click()
     error = page.locator('[id="requirements.max_contact_pressure_mpa-error"]')
-    expect(error).to_contain_text("is not a number")
+    expect(error).to_contain_text("is missing")
     assert page.evaluate("document.activeElement.id") == "the-faults"
     assert box(page, "Thicknesses in stock").input_value() == "0,4; 0.5; 0.6"
     limit.uncheck()

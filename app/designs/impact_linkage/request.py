@@ -208,7 +208,7 @@ class CheckRequest(LinkageRequest):
         ratios = self.ratios is not None and (self.ratios.lambda0, self.ratios.lambda2) != (None, None)
         if lengths == ratios:
             why = "not both ratios and lengths can be given" if lengths else "a check needs ratios or lengths"
-            return [*found, entry("/ratios", why, "one of both")]
+            return [*found, entry("/ratios", why, "exactly one of the two")]
         if lengths:
             return found + (self.lengths_mm.gaps("/lengths_mm") or self._other_type())
         if self.type is None:

@@ -242,7 +242,7 @@ class CheckRequest(PinRequest):
     def _of_pin(self) -> list[Entry]:
         g, found = self.geometry, _needs_outside(self)
         if (self.bore_mm is None) == (self.profile is None):
-            found.append(entry("/bore_mm", "a check needs a bore or a profile", "one of both"))
+            found.append(entry("/bore_mm", "a check needs a bore or a profile", "exactly one of the two"))
         if g.outer_diameter_mm is not None and self.bore_mm is not None and self.bore_mm > g.outer_diameter_mm:
             found.append(entry("/bore_mm", "is wider than the pin", "at most geometry.outer_diameter_mm"))
         return found

@@ -75,7 +75,7 @@ class _Design:
     relaxes: bool = True
     slack: float = 0.0
     known: tuple[Dimensions, ...] = ()
-    other_designs: dict[tuple[EffectSelection, str, Requirements], AttainableBest | None] = field(default_factory=dict)
+    other_designs: dict[tuple[str, Requirements], AttainableBest | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.selected = EffectsAtStrips(self.problem, self.selection, self.effect_tolerance)
@@ -172,10 +172,11 @@ class _Design:
             gap = max(0.5 * required_gap, self.accuracy)
 
     def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        """The design of another problem in the same scene; None if infeasible or if no time is left."""
+        """The design of another problem in the same scene, which selects its own effects whichever it begins with; None
+        if infeasible or if no time is left."""
         if not in_time(self.watch):
             return None
-        key = effects, problem.objective.name, problem.requirements
+        key = problem.objective.name, problem.requirements
         if key not in self.other_designs:
             self.other_designs[key] = self.attainable_best(effects, problem)
         return self.other_designs[key]
@@ -184,7 +185,7 @@ class _Design:
         """The design of another problem, which begins with given effects and selects its own at its result; known
         strips that nearly meet its requirements are further starts."""
         asked, nearly = problem.requirements, problem.requirements.relaxed(_NEARLY)
-        others = ((name, best.check) for (_, name, _), best in self.other_designs.items() if best is not None)
+        others = ((name, best.check) for (name, _), best in self.other_designs.items() if best is not None)
         # A strip that meets them is no start if another objective led to it: it is far from optimal.
         known = tuple(
             check.dimensions

@@ -115,6 +115,10 @@ class _Diagnosis:
 
     def entries_infeasible_alone(self, infeasible_alone: Sequence[Constraint]) -> list[_Entry]:
         """Entries of requirements infeasible by themselves, without those that the full model meets."""
+        others = [o for o in self.requirements if o not in infeasible_alone]
+        remaining = [r for r in infeasible_alone if not self.is_met_by_core_optimum(r, others)]
+        if 0 < len(remaining) < len(infeasible_alone):
+            return self.entries_infeasible_alone(remaining)
         best = {
             r: self.best_under_others(r, infeasible_alone) or self.best_on_core(r, _STABILITY_ONLY)
             for r in infeasible_alone
@@ -155,13 +159,14 @@ class _Diagnosis:
         alone = self.full.best(r, [o for o in self.requirements if o is not r])
         return alone is not None and not r.meets(alone.check, self.required(r))
 
-    def is_met_by_core_optimum(self, r: Constraint) -> bool:
-        """Whether the core's best strip for a requirement alone meets it on the full model."""
-        best = self.core.best(r, _STABILITY_ONLY)
+    def is_met_by_core_optimum(self, r: Constraint, others: Sequence[Constraint] = ()) -> bool:
+        """Whether the core's best strip for a requirement beside ``others`` meets all of them on the full model."""
+        best = self.core.best(r, self.limits_of(*others))
         if best is None:
             return False
         try:
-            return r.meets(self.model.check(best.strip, self.core.accuracy).value, self.required(r))
+            check = self.model.check(best.strip, self.core.accuracy).value
+            return all(c.meets(check, self.required(c)) for c in (r, *others))
         except (InvalidInput, OutOfTime):
             return False
 

@@ -25,13 +25,13 @@ run: $(SERVICE)  ## set up, serve on 127.0.0.1:8000, design the paper's rod as a
 system:
 	@bash scripts/system-packages
 
-# Packages of the system are downloaded while kernels are compiled. Each worker of pytest takes its half of the tests in
-# order, so that those of the service, which often wait, run beside those of the solvers. Bytecode is kept: the tests
-# start Python some two hundred times.
+# Packages of the system are downloaded while kernels are compiled. Each worker of pytest takes its share of the tests
+# in order, so that those of the service, which often wait, run beside those of the solvers; one worker more than there
+# are processors keeps these busy. Bytecode is kept: the tests start Python some two hundred times.
 test warm: export PYTHONDONTWRITEBYTECODE :=
 test:            ## set up and pass every test
 	@$(MAKE) --no-print-directory --jobs=2 warm system
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses $$(($$(getconf _NPROCESSORS_ONLN) + 1)) --maxprocesses 4 --dist worksteal
 
 warm: $(STAMP)
 	$(BIN)/ruff check .

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,6 +13,7 @@ from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import EffectState, Status
 from solvers.rod.constraints import BY_NAME
+from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
 from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of
@@ -321,3 +323,33 @@ def test_that_others_conflict_too_is_said_where_relaxing_one_does_not_suffice():
         )
         feasible = rod.design(replace(REFERENCE, requirements=eased)).value is not None
         assert feasible == ("relaxing this one does not suffice" not in entry.advice)
+
+
+def test_a_requirement_that_the_core_s_best_strip_meets_is_not_designed_for_alone(monkeypatch):
+    """The core meets none of three requirements alone, the full model two of them; a design would take 1 s to find it."""
+    designed = []
+    of = RequirementsAsObjectives.best
+
+    def best(self, c, but=()):
+        designed.append((c.name, frozenset({c, *but})))
+        return of(self, c, but)
+
+    monkeypatch.setattr(RequirementsAsObjectives, "best", best)
+    outcome = rod.design(realistic(414))
+    assert [entry.requirement for entry in outcome.diagnosis] == ["max_friction_power"]
+    alone = {name for name, left_out in designed if len(left_out) == len(realistic(414).requirements.requested())}
+    assert not alone
+
+
+def test_no_problem_within_a_design_is_designed_for_twice(monkeypatch):
+    """Designs for the same requirement begin with other effects here, and end with their own."""
+    module = sys.modules[rod.design.__module__]
+    solved, of = [], module._Design.attainable_best
+
+    def attainable_best(self, effects, problem):
+        solved.append((problem.objective.name, problem.requirements))
+        return of(self, effects, problem)
+
+    monkeypatch.setattr(module._Design, "attainable_best", attainable_best)
+    rod.design(realistic(305))
+    assert len(solved) == len(set(solved))

@@ -326,7 +326,7 @@ def test_that_others_conflict_too_is_said_where_relaxing_one_does_not_suffice():
 
 
 def test_a_requirement_that_the_core_s_best_strip_meets_is_not_designed_for_alone(monkeypatch):
-    """The core meets none of three requirements alone, the full model two of them; a design would take 1 s to find it."""
+    """The core meets none of three requirements alone, the full model two; a design takes 1 s to find that."""
     designed = []
     of = RequirementsAsObjectives.best
 

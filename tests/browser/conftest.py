@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import socket
 import subprocess
@@ -40,7 +41,9 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         str(Path(sys.executable).with_name("crankwright")), "serve", "--port", str(port),
         "--database-url", f"sqlite:///{folder}/runs.sqlite3",
     ]  # fmt: skip
-    server = subprocess.Popen(command, stdout=subprocess.DEVNULL, preexec_fn=die_with_test_runner())
+    # On a busy machine a plot of many checks may take longer than a user would wait.
+    environment = {**os.environ, "CRANKWRIGHT_SOLVE_BUDGET_S": "60"}
+    server = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, preexec_fn=die_with_test_runner())
     base = f"http://127.0.0.1:{port}"
     try:
         deadline = time.monotonic() + 60

@@ -195,7 +195,7 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
         if len(required) > 1:
             # Of two sides of the box one may be out of reach by itself: then it alone is reported.
             sides = {name: _box(problem, (name,), group.advice) for name in required}
-            found = {name: _best(problem, side.objective, others(group)) for name, side in sides.items()}
+            found = _each_alone(problem, others(group))
             single = {name: limit for name, limit in required.items() if sides[name].misses(limit, found[name])}
             required = single or required
             if len(single) == 1:
@@ -206,6 +206,17 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
         if required:
             out.append(_Missed(group, required, best))
     return out
+
+
+def _each_alone(problem: LinkageProblem, limits: Limits) -> dict[str, tuple[float, str] | None]:
+    """The least factor of either side of the box, less its joints, whatever the other, and the type.
+
+    Orientations are free, so both factors are those of the linkage of least width.
+    """
+    pads = 2.0 * problem.limits.joint_radius
+    least = _best(problem, _misfit((1.0, math.inf)), limits)
+    sides = zip(("width", "height"), problem.limits.sides, strict=True)
+    return {name: least and (least[0] / (side - pads), least[1]) for name, side in sides}
 
 
 def _beside_the_other(

@@ -11,6 +11,8 @@ import pytest
 from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.linkage.limits import Limits
+from solvers.linkage.optimum import infeasibility
+from solvers.linkage.optimum.branch_and_bound import search
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.quantities import Quantities
 from tests.solvers.linkage import brute_force
@@ -539,6 +541,18 @@ def test_of_two_sides_only_the_one_out_of_reach_is_reported():
     assert designed(BREAKER, Limits(joint_radius=6e-3, height=0.15), "longest_link").value is not None
     both = designed(BREAKER, Limits(joint_radius=6e-3, width=20e-3, height=20e-3), "longest_link").diagnosis
     assert {entry.requirement for entry in both} == {"width", "height"}
+
+
+def test_the_least_width_is_sought_once_for_both_sides_of_the_box(monkeypatch):
+    sought = []
+
+    def counted(problem, *rest):
+        sought.append(problem.objective.name)
+        return search(problem, *rest)
+
+    monkeypatch.setattr(infeasibility, "search", counted)
+    designed(BREAKER, Limits(min_link=8e-3, width=21e-3, height=20e-3), "longest_link", "largest_base")
+    assert sought.count("fit") == 2 * 2  # the box and either side, alone and beside the other limits
 
 
 @pytest.mark.parametrize(("objective", "other"), [("box_area", 0.042), ("impact_speed", 0.033)])

@@ -13,12 +13,12 @@ _JOINERS = "\u200c\u200d"
 
 
 def cleaned(name: str) -> str:
-    """Remove invisible characters that affect display: control characters and bidirectional controls. Line ends and
-    tabs become spaces."""
+    """Remove invisible characters that affect display: control characters, bidirectional controls and outer spaces.
+    Line ends and tabs become spaces."""
     if name.isascii() and name.isprintable():
-        return name
+        return name.strip()
     kept = (" " if each in _SPACES else each for each in name)
-    return "".join(each for each in kept if each in _JOINERS or unicodedata.category(each) not in ("Cc", "Cf"))
+    return "".join(each for each in kept if each in _JOINERS or unicodedata.category(each) not in ("Cc", "Cf")).strip()
 
 
 Cleaned = Annotated[str, AfterValidator(cleaned)]

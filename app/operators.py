@@ -62,7 +62,7 @@ def create(
     except ValueError as error:
         typer.echo(f"{error}: there are {', '.join(Scope)}", err=True)
         raise typer.Exit(2) from None
-    if not (owner := cleaned(name).strip()[:200]):
+    if not (owner := cleaned(name)[:200]):
         typer.echo("the name of the key is empty: allowed is whose key it is", err=True)
         raise typer.Exit(2)
     shown, record = new_key(owner, scopes)

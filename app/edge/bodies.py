@@ -1,4 +1,4 @@
-"""Size and time limits of request bodies."""
+"""Size, time limits and encoding of request bodies."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from app.edge.asgi import ARRIVED, CLOSE, Application, Message, Receive, Scope, 
 from app.errors import Problem
 
 _POLL_INTERVAL_S = 0.5
+
+_COMPRESSED = Problem(415, "The request is compressed", "send it without Content-Encoding", headers=CLOSE)
 
 
 @dataclass(frozen=True)
@@ -36,8 +38,8 @@ class BodyLimits:
 
 
 class BodyLimiter:
-    """Middleware that refuses bodies that are too large (413), stall or trickle (408), or are still being sent at
-    shutdown (503), as soon as that is detected."""
+    """Middleware that refuses bodies that are compressed (415), too large (413), stall or trickle (408), or are still
+    being sent at shutdown (503), as soon as that is detected."""
 
     def __init__(self, app: Application, limits: BodyLimits, stopping: Callable[[], bool]) -> None:
         self._app, self._limits, self._stopping = app, limits, stopping
@@ -45,6 +47,9 @@ class BodyLimiter:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
+            return
+        if (header(scope, b"content-encoding") or b"identity").lower() != b"identity":
+            await refuse(scope, receive, send, _COMPRESSED)
             return
         limit = self._limits.of(scope["path"])
         if scope.get(ARRIVED, limit + 1) <= limit:  # as nearly always: the body came with the head

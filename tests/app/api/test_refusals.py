@@ -245,7 +245,7 @@ def test_times_at_the_ends_of_the_calendar(client, field, value, status):
 
 
 def test_invisible_characters_are_removed_from_names(client, check_request):
-    name = "a\x1b[31m\u202egnp.\u2066b\tc\nd\u200b \x9b=cmd|é\U0001f469\u200d\U0001f527"
+    name = " a\x1b[31m\u202egnp.\u2066b\tc\nd\u200b \x9b=cmd|é\U0001f469\u200d\U0001f527\n"
     answer = client.post(CHECKS, json={**check_request, "name": name})
     assert answer.json()["name"] == "a[31mgnp.b c d =cmd|é\U0001f469\u200d\U0001f527"
 

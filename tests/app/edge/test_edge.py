@@ -69,6 +69,11 @@ def test_the_size_of_a_body_is_limited_however_it_is_sent(edged, path, limit, ch
     assert answer.headers["connection"] == "close"
 
 
+@pytest.mark.parametrize(("coding", "status"), [("gzip", 415), ("zstd", 415), ("identity", 200)])
+def test_a_compressed_body_is_refused(edged, coding, status):
+    assert edged.post("/any", content=b"x", headers={"Content-Encoding": coding}).status_code == status
+
+
 def test_a_multipart_body_has_the_same_limit(edged):
     def parts(size: int) -> Iterator[bytes]:
         yield b'--b\r\nContent-Disposition: form-data; name="f"; filename="f"\r\n\r\n'

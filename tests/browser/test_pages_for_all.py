@@ -124,6 +124,15 @@ def test_nothing_is_wider_than_the_screen_in_any_language(browser, address, lang
     phone.close()
 
 
+def test_a_dark_page_is_printed_dark_on_light(desk, address):
+    desk.emulate_media(media="print", color_scheme="dark")
+    desk.goto(f"{address}/designs/flexible-rod?mode=check")
+    colours = "e => [getComputedStyle(e).color, getComputedStyle(e).colorScheme]"
+    assert desk.eval_on_selector("body", colours) == ["rgb(29, 36, 48)", "light"]
+    desk.emulate_media(media="screen")
+    assert desk.eval_on_selector("body", colours) == ["rgb(231, 233, 238)", "dark"]
+
+
 def test_a_form_with_faults(desk, address):
     desk.heard.clear()
     desk.goto(f"{address}/designs/pin-profile?mode=check")

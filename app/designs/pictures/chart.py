@@ -35,7 +35,7 @@ def noted(words: str) -> str:
 
 _HALO = "text{paint-order:stroke;stroke-width:3px;stroke-linejoin:round;stroke:#fff}"
 STYLE = (
-    f"<style>svg{{color:#1d2430;background:#fff}}{_HALO}@media (prefers-color-scheme:dark)"
+    f"<style>svg{{color:#1d2430;background:#fff}}{_HALO}@media screen and (prefers-color-scheme:dark)"
     f"{{svg{{color:#e7e9ee;background:#1d2128}}text{{stroke:#1d2128}}{_DARK}}}</style>"
 )
 """Light and dark colours of a stand-alone picture, and a halo that keeps words readable on lines; programs without CSS

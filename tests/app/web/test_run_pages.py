@@ -189,7 +189,7 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     assert '<dt title="revolutions per second">Speed</dt><dd>50 Hz</dd>' in page
     for plot in run["links"]["plots"].values():
         picture = client.get(plot)
-        assert picture.status_code == 200 and "prefers-color-scheme:dark" in picture.text, plot
+        assert picture.status_code == 200 and "@media screen and (prefers-color-scheme:dark)" in picture.text, plot
 
     # Redesign from stock sizes, compared with the unrestricted design.
     sent = {"sizes": "0.4 0.42 0,45", "width": "0.5", "length": "0,5"}

@@ -15,7 +15,7 @@ from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
 from app.designs.units import split_unit, tidy, with_unit
 from app.words.languages import gettext as _
-from app.words.units import told, unit_shown
+from app.words.units import in_sentence, told, unit_shown
 
 _MAX_LISTED = 6
 """Maximum length of a list shown in full; of a longer one only the ends are shown, or what differs."""
@@ -198,4 +198,4 @@ def _shown(value: Any, options: Mapping[str, str], unit: str, figure: _Figure) -
             first, last = (_shown(end, options, unit, figure) for end in (value[0], value[-1]))
             return _("%(count)s values, %(first)s … %(last)s") % {"count": len(value), "first": first, "last": last}
         return ", ".join(_shown(item, options, unit, figure) for item in value)
-    return _(options.get(str(value), str(value).replace("_", " ")))
+    return in_sentence(_(options.get(str(value), str(value).replace("_", " "))))

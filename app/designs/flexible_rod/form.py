@@ -7,7 +7,7 @@ from solvers import rod
 def _steel(name: str) -> str:
     m = rod.CATALOGUE[name]
     return (
-        f"{name.replace('-', ' ')}: E {m.elastic_modulus / 1e9:g} GPa, fatigue limit {m.fatigue_limit / 1e6:g}, "
+        f"{name.replace('-', ' ')}: E {m.elastic_modulus / 1e9:g} GPa, fatigue limit {m.fatigue_limit / 1e6:g} MPa, "
         f"yield {m.yield_strength / 1e6:g} MPa"
     )
 

@@ -16,7 +16,7 @@ from app.web.forms.schemas import TAGS, Schema, allowed, first_sentence, help_of
 from app.web.forms.tables import Column, Numbers, Table
 from app.words.languages import gettext as _
 from app.words.languages import language
-from app.words.units import system
+from app.words.units import in_sentence, system
 
 
 def form_of(kind: Kind, mode: Mode, longest_s: float = MAX_TIME_S) -> Group:
@@ -298,4 +298,4 @@ class _Builder:
 
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
         words = look_up(self._words.options, COMMON.options, path) or {}
-        return {v: _(words.get(v, v.replace("_", " ") if v else "none")) for v in values}
+        return {v: in_sentence(_(words.get(v, v.replace("_", " ") if v else "none"))) for v in values}

@@ -9,6 +9,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
+from app.web.forms.tree import form_of
 from app.words.inputs import differing, groups
 from app.words.units import System, measuring
 
@@ -34,6 +35,15 @@ def test_a_list_of_two_items_is_no_range():
     assert (shown["stock_h_mm"], shown["bounds.b_mm"]) == ("0.4, 0.5 mm", f"{low:g} … {high:g} mm")
     linkage = KINDS["impact-linkage"].example(Mode.DESIGN)
     assert texts(run_of("impact-linkage", Mode.DESIGN, linkage))["limits.transmission_angle_deg"] == "40 … 140°"
+
+
+def test_figures_of_a_steel_are_in_the_units_of_the_page():
+    spec = {**KINDS["flexible-rod"].example(Mode.CHECK), "material": {"name": "spring-steel-1.1274"}}
+    with measuring(System.INCH):
+        steel = texts(run_of("flexible-rod", Mode.CHECK, spec))["material.name"]
+        form = form_of(KINDS["flexible-rod"], Mode.CHECK)
+    assert steel == "spring steel 1.1274: E 29.88 Msi, fatigue limit 89923 psi, yield 210305 psi"
+    assert steel in [words for each in form.every() for words in getattr(each, "options", {}).values()]
 
 
 def test_points_of_a_long_table_that_differ_are_named():

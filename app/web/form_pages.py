@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import AsyncIterator, Mapping
+from contextlib import asynccontextmanager
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
@@ -24,6 +25,7 @@ from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
+from app.web.forms.shown_in import as_shown
 from app.web.forms.switching import in_language, in_units
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
@@ -52,11 +54,14 @@ def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
     return KINDS[slug], Mode(mode)
 
 
-async def _texts(request: Request) -> dict[str, str]:
-    """The submitted texts by input name, without the CSRF token."""
+@asynccontextmanager
+async def _sent(request: Request) -> AsyncIterator[dict[str, str]]:
+    """The submitted texts by input name, without the CSRF token, in the units and language of the form."""
     most = request.app.state.settings.max_body_bytes
     async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
-        return {name: str(value).replace("\r\n", "\n") for name, value in sent.items() if name != FIELD}
+        texts = {name: str(value).replace("\r\n", "\n") for name, value in sent.items() if name != FIELD}
+    with as_shown(texts):
+        yield texts
 
 
 def _example(form: Group, kind: Kind, mode: Mode, title: str = "") -> dict[str, str]:
@@ -158,23 +163,24 @@ async def submit(
     then converted, not submitted.
     """
     kind, chosen = _kind_and_mode(slug, mode)
-    form, texts = form_of(kind, chosen), await _texts(request)
-    if language is not None:
-        texts = in_language(form, texts, language)
-        with speaking(language):
-            shown = await _shown(request, kind, chosen, texts)
-        keep(shown, COOKIE, language)
-        return shown
-    if units is not None:
-        texts = in_units(form, texts, units)
-        with measuring(units):
-            shown = await _shown(request, kind, chosen, texts)
-        keep(shown, UNITS_COOKIE, units)
-        return shown
-    if was is not None:
-        old = _kind_and_mode(slug, was)[1]
-        return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
-    return await begun(request, kind, chosen, texts, form.value(texts))
+    async with _sent(request) as texts:
+        form = form_of(kind, chosen)
+        if language is not None:
+            texts = in_language(form, texts, language)
+            with speaking(language):
+                shown = await _shown(request, kind, chosen, texts)
+            keep(shown, COOKIE, language)
+            return shown
+        if units is not None:
+            texts = in_units(form, texts, units)
+            with measuring(units):
+                shown = await _shown(request, kind, chosen, texts)
+            keep(shown, UNITS_COOKIE, units)
+            return shown
+        if was is not None:
+            old = _kind_and_mode(slug, was)[1]
+            return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
+        return await begun(request, kind, chosen, texts, form.value(texts))
 
 
 async def begun(request: Request, kind: Kind, mode: Mode, texts: Texts, spec: Mapping[str, Any]) -> Response:
@@ -203,24 +209,25 @@ def _asked(kind: Kind, mode: Mode, spec: Mapping[str, Any]) -> Any:
 async def draw(request: Request, slug: str, mode: str = "design") -> Response:
     """Live preview without solving: drawing, faults and request JSON."""
     kind, chosen = _kind_and_mode(slug, mode)
-    form, texts = form_of(kind, chosen), await _texts(request)
-    spec = form.value(texts)
-    faults = Faults()
-    try:
-        _asked(kind, chosen, spec)
-    except Problem as problem:
-        faults = placed(form, texts, problem)
-    svg, caption = drawn(kind, spec)
-    return JSONResponse(
-        {
-            "title": spoken(kind.title_of(spec)),
-            "svg": svg,
-            "caption": caption,
-            "json": _as_json(spec),
-            "faults": faults.at,
-            "others": faults.elsewhere,
-        }
-    )
+    async with _sent(request) as texts:
+        form = form_of(kind, chosen)
+        spec = form.value(texts)
+        faults = Faults()
+        try:
+            _asked(kind, chosen, spec)
+        except Problem as problem:
+            faults = placed(form, texts, problem)
+        svg, caption = drawn(kind, spec)
+        return JSONResponse(
+            {
+                "title": spoken(kind.title_of(spec)),
+                "svg": svg,
+                "caption": caption,
+                "json": _as_json(spec),
+                "faults": faults.at,
+                "others": faults.elsewhere,
+            }
+        )
 
 
 @router.post("/designs/{slug}/answer")
@@ -229,25 +236,26 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
     kind, chosen = _kind_and_mode(slug, mode)
     if chosen is Mode.DESIGN:
         raise Problem(409, "Nothing to answer", "a design is not sought while one types")
-    form, texts = form_of(kind, chosen), await _texts(request)
-    service: Service = request.app.state.service
-    try:
-        work = service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
-        run = await cancel_on_disconnect(request.receive, work)
-    except Problem as problem:
-        faults = placed(form, texts, problem)
-        return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
-    except Busy as error:
-        return JSONResponse({"busy": _(str(error))}, 503)
-    result = json.loads(run.result) if run.result else {}
-    told = {
-        "kind": kind,
-        "verdict": json.loads(run.verdict) if run.verdict else None,
-        "accuracy": json.loads(run.accuracy) if run.accuracy else None,
-        "problem": json.loads(run.problem) if run.problem else None,
-        "figures": _figures(kind, chosen, result),
-    }
-    return page(request, "live.html", **told)
+    async with _sent(request) as texts:
+        form = form_of(kind, chosen)
+        service: Service = request.app.state.service
+        try:
+            work = service.answer(kind, chosen, _asked(kind, chosen, form.value(texts)))
+            run = await cancel_on_disconnect(request.receive, work)
+        except Problem as problem:
+            faults = placed(form, texts, problem)
+            return JSONResponse({"faults": faults.at, "others": faults.elsewhere}, 422)
+        except Busy as error:
+            return JSONResponse({"busy": _(str(error))}, 503)
+        result = json.loads(run.result) if run.result else {}
+        told = {
+            "kind": kind,
+            "verdict": json.loads(run.verdict) if run.verdict else None,
+            "accuracy": json.loads(run.accuracy) if run.accuracy else None,
+            "problem": json.loads(run.problem) if run.problem else None,
+            "figures": _figures(kind, chosen, result),
+        }
+        return page(request, "live.html", **told)
 
 
 def _figures(kind: Kind, mode: Mode, result: Mapping[str, Any]) -> dict[str, float]:

@@ -198,6 +198,16 @@ def test_language_and_units_keep_what_is_typed(page, address):
     expect(page).to_have_title(re.compile("^Bushing"))
 
 
+def test_going_back_to_a_form_fills_in_what_was_typed_unless_its_units_are_others_now(page, address):
+    for switched, length in (("metric", "46"), ("inch", "1.791338582677")):
+        page.goto(f"{address}/designs/flexible-rod?mode=check")
+        fill(page, "Rod length L", "46")
+        page.goto(f"{address}/units/{switched}?back=/")
+        page.go_back()
+        expect(box(page, "Rod length L")).to_have_value(length)
+    page.goto(f"{address}/units/metric?back=/")
+
+
 def test_enter_submits_the_form(page, address):
     """The buttons of the other modes come before the form's own, but Enter is not for them."""
     page.goto(f"{address}/designs/pin-profile?mode=check")

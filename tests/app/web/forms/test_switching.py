@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 import re
 
 import pytest
@@ -89,3 +90,17 @@ def test_the_page_keeps_what_was_typed(client, switch, cookie, diameter):
     if "uk" in switch:
         assert '<html lang="uk">' in answer.text
         assert answer.headers["content-language"] == "uk"
+
+
+def test_a_form_means_what_its_page_said_although_units_and_language_were_switched_since(client):
+    address = "/designs/flexible-rod/drawing?mode=design"
+    texts = texts_of("flexible-rod", "design") | {"mechanism.rod_length_mm": "46", "stock_h_mm": "0,5 0,6"}
+    client.cookies.update({"units": "inch", "language": "en"})
+    try:
+        assert 'name="shown_in.inch" value="en"' in client.get("/designs/flexible-rod?mode=design").text
+        spec = json.loads(client.post(address, data=texts | {"shown_in.metric": "ru"}).json()["json"])
+        assert (spec["mechanism"]["rod_length_mm"], spec["stock_h_mm"]) == (46.0, [0.5, 0.6])
+        spec = json.loads(client.post(address, data=texts).json()["json"])
+        assert spec["mechanism"]["rod_length_mm"] == 1168.4
+    finally:
+        client.cookies.clear()

@@ -67,10 +67,9 @@ def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
     weaker = "a lower impact energy, a lower blow frequency or a higher impact speed would lower it"
     if problem.limits.sized:
         longer = "a lower blow frequency or a higher impact speed would raise it, with looser limits on the size"
-        weaker = (
-            "a lower impact energy would lower it; "
-            "with looser limits on the size, a lower blow frequency or a higher impact speed would, too"
-        )
+        softer = "a lower impact energy would lower it"
+        roomier = "with looser limits on the size, a lower blow frequency or a higher impact speed would, too"
+        weaker = f"{softer}; {roomier}"
     return (
         _Group(("min_link",), _SHORTEST_LINK, longer),
         _Group(("longest_link",), LONGEST_LINK, shorter),

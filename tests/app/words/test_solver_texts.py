@@ -177,6 +177,9 @@ def test_a_report_is_in_the_requested_language(slug, code):
         "The greatest stress of all (inner fibre)",
         "transfer points",
         "closed",
+        "out of reach even alone, closest with the largest base; a lower impact energy would lower it; with looser "
+        "limits on the size, a lower blow frequency or a higher impact speed would, too; other transmission angles may "
+        "help, too",
     ],
 )
 def test_no_english_word_is_left(text, code):

@@ -71,8 +71,9 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     scene, width = request.scene(), dimensions["b_mm"] * MILLI
     criterion = CRITERIA[request.fatigue_criterion](scene.material)
     effects = settled(run)
-    lengths = _axis(spec["bounds"]["l_mm"], dimensions["l_mm"])
-    lengths = lengths[lengths <= spec["mechanism"]["rod_length_mm"]]
+    (shortest, longest), whole = spec["bounds"]["l_mm"], spec["mechanism"]["rod_length_mm"]
+    lengths = _axis([shortest, min(longest, whole)], dimensions["l_mm"])
+    lengths = lengths[lengths <= whole]
     low, high = spec["bounds"]["h_mm"]
     # The grid follows the line of equal stability, along which the region often ends in a narrow corner.
     levels = _axis([low, high], dimensions["h_mm"])

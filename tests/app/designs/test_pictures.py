@@ -75,6 +75,14 @@ def test_regions_and_their_lines_are_those_of_a_circle():
     assert len(open_line[0]) < len(line[0])
 
 
+@pytest.mark.parametrize("longest", [45.5, 100.0])
+def test_the_region_is_drawn_where_the_strip_is_as_long_as_the_rod(longest):
+    bounds = {"b_mm": [4, 9], "h_mm": [0.2, 3], "l_mm": [45.5, longest]}
+    run = run_of("flexible-rod", Mode.DESIGN, bounds=bounds, requirements={"min_stability_safety": 1.8})
+    assert run["result"]["dimensions"]["l_mm"] == pytest.approx(45.5)
+    assert "the design" in feasible_region(run)
+
+
 @pytest.mark.parametrize("name", ["serensen", "goodman", "soderberg", "fkm"])
 def test_the_fatigue_line_of_the_region_is_that_of_the_criterion(name):
     """A strip that has just the fatigue safety required lies on the line, whatever the criterion."""

@@ -24,8 +24,9 @@ from app.designs.units import MILLI, si
 from solvers import pin
 
 MAX_POINTS = 5_000
-_NO_BORE_MM = 1e-12
-"""A bushing with a smaller bore is a shaft: squares of such numbers underflow."""
+_NO_BORE_MM, _NO_FORCE_N = 1e-12, 1e-100
+"""A bushing with a smaller bore is a shaft, and a smaller force is none: squares or stresses of such numbers
+underflow."""
 FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
 CONES = ("double_cone", "cone_cylinder")
 VARIABLES = ("bore", "outer")
@@ -195,7 +196,8 @@ class PinRequest(SolverRequest):
             geometry = pin.BushingGeometry(bore * MILLI if bore > _NO_BORE_MM else 0.0, *lengths)
         else:
             geometry = pin.Geometry((g.outer_diameter_mm or 0.0) * MILLI, *lengths)
-        return pin.Scene(geometry, self.load.force, self.material.to_solver())
+        force = self.load.force
+        return pin.Scene(geometry, force if force > _NO_FORCE_N else 0.0, self.material.to_solver())
 
 
 def _needs_outside(request: PinRequest) -> list[Entry]:

@@ -135,6 +135,12 @@ def test_a_bushing_with_hardly_a_bore_is_a_shaft(form):
     assert small.result["mass_g"] == pytest.approx(shaft.result["mass_g"], rel=1e-6)
 
 
+@pytest.mark.parametrize(("mode", "given"), [(Mode.CHECK, {}), (Mode.DESIGN, {"form": {"kind": "double_cone"}})])
+def test_a_force_whose_stresses_underflow_is_none(mode, given):
+    none, tiny = (answered("pin-profile", mode, **given, load={"force_n": force}) for force in (0.0, 5e-324))
+    assert tiny.result == none.result
+
+
 def test_an_amplitude_is_not_as_uncertain_as_a_right_angle():
     """Samples beyond a half turn, where the period is not finite, made the uncertainties no numbers."""
     example = KINDS["crank-masses"].example(Mode.ANALYSIS)

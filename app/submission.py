@@ -195,12 +195,12 @@ class Service:
                 self.full_results.pop(next(iter(self.full_results)))
         return replace(run, result=self.full_results[run_id])
 
-    async def plot(self, run: RunRecord, name: str, run_json: bytes, language: str) -> str:
+    async def plot(self, run: RunRecord, name: str, run_json: bytes, language: str, units: str) -> str:
         """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw.
 
         Raises Problem if it reaches the limit of time or memory.
         """
-        payload = b'{"language":"%s","run":%s}' % (language.encode(), run_json)
+        payload = b'{"language":"%s","units":"%s","run":%s}' % (language.encode(), units.encode(), run_json)
         call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", payload)
         try:
             return await self.admission.run(call, self.solve_budget_s, short=True)

@@ -26,7 +26,7 @@ from pydantic import BaseModel
 
 from app.designs import claims
 from app.designs.crank_dynamics.chain import INSTANTS
-from app.designs.drawing import sentences_of
+from app.designs.drawing import sentences_of, worded
 from app.designs.kind import Kind, Mode
 from app.designs.problems import DAMAGED, DISK_FULL, NO_ROOM, NOT_SHOWN, OUT_OF_TIME, SOLVER_FAILED
 from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
@@ -39,9 +39,8 @@ from app.web.forms.faults import SAYS
 from app.web.forms.tree import build
 from app.web.rendering import templates
 from app.words import captions, inputs, shaping
-from app.words.drawings import in_words
 from app.words.fields import split_unit
-from app.words.languages import DOMAIN, LANGUAGES, LOCALE, speaking
+from app.words.languages import DOMAIN, LANGUAGES, LOCALE, gettext, speaking
 from app.words.solver_texts import PATTERNS_FILE
 from app.words.units import System, measuring
 from scripts.sentences import patterns, sentences
@@ -160,7 +159,7 @@ def registered() -> set[str]:
                     drawing = kind.drawing(request)
                     for units in System if drawing is not None else ():
                         with measuring(units):
-                            in_words(drawing)
+                            worded(drawing, gettext)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
     for kind in KINDS.values():
         for texts in (kind.labels, kind.denials, *kind.form.options.values()):

@@ -21,6 +21,7 @@ from app.errors import Problem
 from app.store.record import ITEM_ORDERS, RunFilter, RunOrder, RunStatus
 from app.submission import Service
 from app.words.languages import Language
+from app.words.units import System
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"], dependencies=[Depends(check_query_names)])
 _ANIMATION = re.compile(r"<animate [^>]*/>")
@@ -130,6 +131,7 @@ async def plot(
     plot: str,
     still: Annotated[bool, Query(description="an animated plot as a still picture")] = False,
     language: Annotated[Language, Query(description="language of the labels")] = Language.EN,
+    units: Annotated[System, Query(description="units of the labels")] = System.METRIC,
 ) -> Response:
     """One of the kind's plots, drawn from the stored result."""
     service: Service = request.app.state.service
@@ -142,7 +144,7 @@ async def plot(
     shown = runs.run_json(run)
     if plot not in plots_for(KINDS[run.kind], json.loads(shown)):
         raise Problem(409, "Nothing to draw", "this run's result has nothing for this plot")
-    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown, language))
+    drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown, language, units))
     if still:
         drawn = _ANIMATION.sub("", drawn)
     return with_tag(request, SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"}))

@@ -5,11 +5,14 @@ x points right, y up. A kind's ``drawing.py`` defines content and geometry; the 
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
+
+from app.designs.units import shown_as
 
 Place = tuple[float, float]
 
@@ -156,20 +159,41 @@ def sentences_of(caption: str) -> list[str]:
     return _SENTENCES.split(caption)
 
 
-def worded(drawing: Drawing, say: Callable[[str], str]) -> Drawing:
-    """The drawing translated with ``say``; a dimension's symbol of several letters is translated, too."""
+_FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\d.°])")
 
-    def dimension(words: str) -> str:
-        symbol, _space, value = words.rpartition(" ")
-        return f"{say(symbol)} {value}" if len(symbol) > 2 else words
+
+def worded(drawing: Drawing, say: Callable[[str], str]) -> Drawing:
+    """The drawing in the units shown and translated with ``say``; a dimension's symbol of several letters is
+    translated, too."""
+    caption, size = drawing.caption, shown_as("mm")[1]
+    if size != 1.0:
+        caption = caption.replace("mm, to scale", "inches, to scale")
+
+    def dimension(each: Dimension) -> Dimension:
+        symbol, _space, value = each.words.rpartition(" ")
+        words = f"{say(symbol)} {value}" if len(symbol) > 2 else each.words
+        return replace(each, words=words if size == 1.0 else _in_other_units(each, words, size))
 
     return replace(
         drawing,
         title=say(drawing.title),
-        caption=" ".join(map(say, sentences_of(drawing.caption))),
+        caption=" ".join(map(say, sentences_of(caption))),
         notes=tuple(replace(note, words=say(note.words)) for note in drawing.notes),
-        dimensions=tuple(replace(each, words=dimension(each.words)) for each in drawing.dimensions),
+        dimensions=tuple(map(dimension, drawing.dimensions)),
     )
+
+
+def _in_other_units(dimension: Dimension, words: str, size: float) -> str:
+    """The dimension's words with its figures in a unit of ``size`` [mm]; the one that it measures from its own length,
+    not from its text, which is rounded."""
+    (x1, y1), (x2, y2) = dimension.start, dimension.end
+    measured = {"x": abs(x2 - x1), "y": abs(y2 - y1)}.get(dimension.axis, math.hypot(x2 - x1, y2 - y1))
+
+    def converted(figure: re.Match[str]) -> str:
+        value = float(figure[0])
+        return f"{(measured if float(f'{measured:.5g}') == value else value) / size:.5g}"
+
+    return _FIGURE.sub(converted, words)
 
 
 def rectangle(left: float, bottom: float, right: float, top: float, layer: Layer = Layer.OUTLINE) -> Line:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
+from contextvars import ContextVar
 from functools import cache
 from typing import Any
 
@@ -20,6 +22,14 @@ UNITS = {
 }  # fmt: skip
 """Endings of field names, each with its unit as displayed and in SI."""
 
+OTHERS: ContextVar[Mapping[str, tuple[str, float]]] = ContextVar("units", default={})  # noqa: B039 (never changed)
+"""Units that are shown instead of metric ones, each with its size in the metric one; none unless in inches."""
+
+
+def shown_as(unit: str) -> tuple[str, float]:
+    """The unit in which values of a metric unit are shown, and its size in that."""
+    return OTHERS.get().get(unit, (unit, 1.0))
+
 
 _EXPONENT = re.compile(r"e(?:\+|(-))0*(?=\d)")
 
@@ -33,6 +43,12 @@ def figures(value: float, digits: int = 4) -> str:
 def with_unit(text: str, unit: str) -> str:
     """A figure and its unit; only the sign of degrees follows without a space."""
     return text + unit if unit == "°" else f"{text} {unit}".rstrip()
+
+
+def quantity(value: float, unit: str, digits: int = 6) -> str:
+    """A metric value in the unit shown, with that."""
+    shown, size = shown_as(unit)
+    return with_unit(figures(value / size, digits), shown)
 
 
 def power(value: float, digits: int = 0) -> str:

@@ -53,9 +53,10 @@ def _solver(kind_slug: str, mode: str) -> Callable[[bytes, Report], EncodedAnswe
 def _picture(kind_slug: str, name: str, payload: bytes) -> str:
     from app.designs.registry import KINDS, plots_of
     from app.words.languages import gettext, speaking
+    from app.words.units import System, measuring
 
     asked = json.loads(payload)
-    with speaking(asked["language"]):
+    with speaking(asked["language"]), measuring(System(asked["units"])):
         return plots_of(KINDS[kind_slug], Mode(asked["run"]["mode"]))[name](asked["run"], gettext)
 
 

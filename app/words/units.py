@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from contextvars import ContextVar
 from enum import StrEnum
 
-from app.designs.units import figures, with_unit
+from app.designs.units import OTHERS, figures, shown_as
 
 
 class System(StrEnum):
@@ -33,48 +32,38 @@ _DIGITS = 12
 """Significant digits of a converted input, to absorb rounding: 0.5 in is 12.7 mm."""
 _TABLE_DIGITS = 4
 """Significant digits of a criterion in a table."""
-_current: ContextVar[System] = ContextVar("units", default=System.METRIC)
 
 
 def system() -> System:
     """The current unit system."""
-    return _current.get()
+    return System.INCH if OTHERS.get() else System.METRIC
 
 
 @contextmanager
 def measuring(chosen: System) -> Iterator[None]:
     """Set the unit system within a context."""
-    token = _current.set(chosen)
+    token = OTHERS.set(_INCH if chosen is System.INCH else {})
     try:
         yield
     finally:
-        _current.reset(token)
+        OTHERS.reset(token)
 
 
 def unit_shown(unit: str) -> str:
     """The unit in which values of a metric unit are displayed."""
-    return _INCH[unit][0] if system() is System.INCH and unit in _INCH else unit
+    return shown_as(unit)[0]
 
 
 def told(value: float, unit: str) -> float:
     """Convert a metric value to its displayed unit."""
-    size = _size(unit)
+    size = shown_as(unit)[1]
     return value if size == 1.0 else value / size
 
 
 def meant(value: float, unit: str) -> float:
     """Convert a displayed value to its metric unit; inverse of ``told``."""
-    size = _size(unit)
+    size = shown_as(unit)[1]
     return value if size == 1.0 else float(f"{value * size:.{_DIGITS}g}")
-
-
-def _size(unit: str) -> float:
-    return _INCH[unit][1] if system() is System.INCH and unit in _INCH else 1.0
-
-
-def quantity(value: float, unit: str, digits: int = 6) -> str:
-    """A metric value formatted with its displayed unit."""
-    return with_unit(figures(told(value, unit), digits), unit_shown(unit))
 
 
 _NUMBER = r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"

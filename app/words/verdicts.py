@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.registry import KINDS
+from app.designs.units import quantity
 from app.designs.verdict import summary_of
 from app.words.languages import catalogue, language
 from app.words.languages import gettext as _
-from app.words.units import System, quantity, system, told, unit_shown
+from app.words.units import System, system, told, unit_shown
 
 _ZERO_MARGIN = 5e-5
 """Relative margin displayed as zero."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.designs.flexible_rod.request import CheckRequest
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Linear, Say, around
-from app.designs.units import MEGA, MILLI
+from app.designs.units import MEGA, MILLI, figures, quantity, shown_as
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import Cycle
@@ -82,12 +82,13 @@ def stresses_over_angle(run: dict[str, Any], say: Say = str) -> str:
         (say("{}, which governs").format(name) if governs == sign else name, color)
         for name, sign, color in zip(names, (1, -1), (BLUE, GREEN), strict=True)
     ]
-    title = say("Stresses at {} mm from the clamp").format(f"{result['worst_section_mm']:.4g}")
+    title = say("Stresses at {} from the clamp").format(quantity(result["worst_section_mm"], "mm", 4))
     scale = around([*upper, *lower, mean - amplitude, mean + amplitude])
     chart = Chart(title, _TURN, scale, say("crank angle, °"), say("stress, MPa"), legend=legend)
     chart.area([0.0, 360.0, 360.0, 0.0], [mean - amplitude] * 2 + [mean + amplitude] * 2, GREY)
     chart.line([0.0, 360.0], [mean, mean], GREY, dashes="6 4")
-    chart.words(4.0, mean, f"{mean:.4g} ± {amplitude:.4g}", GREY)
+    size = shown_as("MPa")[1]
+    chart.words(4.0, mean, f"{figures(mean / size)} ± {figures(amplitude / size)}", GREY)
     chart.line(angles, upper, BLUE)
     chart.line(angles, lower, GREEN)
     return chart.svg()

@@ -12,7 +12,7 @@ from app.designs.flexible_rod.cycle_pictures import request_of, settled
 from app.designs.flexible_rod.request import Requirements
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
-from app.designs.units import MILLI, si
+from app.designs.units import MILLI, quantity, si
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -92,7 +92,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
             for k, (limit, required) in enumerate(asked):
                 margins[k, i, j] = _margin(check, limit, required, scene)
     x, y = Linear(lengths[0], lengths[-1]), Linear(levels[0], levels[-1])
-    title = say("Feasible region at b = {} mm").format(f"{dimensions['b_mm']:.4g}")
+    title = say("Feasible region at b = {}").format(quantity(dimensions["b_mm"], "mm", 4))
     legend = [(say("{}: exactly what is required").format(say(words)), color) for words, color in lines]
     legend.append((say("every requirement holds"), GREEN))
     by_mass = run["result"]["objective"] == "mass"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from app.designs.impact_linkage.pictures import bar_of
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
-from app.designs.units import figures
+from app.designs.units import figures, quantity, shown_as
 
 Array = NDArray[np.float64]
 LINKS = ("base", "crank", "coupler", "rocker")
@@ -162,9 +162,10 @@ def _flash(joint: Array) -> str:
 
 def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    label = ", ".join(f"{say(name)} {figures(lengths[name])}" for name in LINKS) + " mm"
+    unit, size = shown_as("mm")
+    label = ", ".join(f"{say(name)} {figures(lengths[name] / size)}" for name in LINKS) + f" {unit}"
     if box:
-        label = say("{} in {} × {} mm").format(label, figures(box["width"]), figures(box["height"]))
+        label = say("{} in {} × {}").format(label, figures(box["width"] / size), quantity(box["height"], "mm", 4))
     x, y = 0.5 * _WIDE, height - 9.0
     # As large as fits, because the text is longer in some languages.
     size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(label)))

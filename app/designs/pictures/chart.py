@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 from typing import Protocol
+
+from app.designs.units import shown_as
 
 WIDTH, HEIGHT = 480, 360
 """Narrow enough for readable text on a phone."""
@@ -145,7 +147,8 @@ def decades_around(values: Iterable[float]) -> Logarithmic:
 class Chart:
     """A chart with one pair of axes; each method adds a layer on top.
 
-    ``left`` is the space for the labels of the vertical axis. ``legend`` names the colours below the axes, for lines
+    An axis whose label ends with a metric unit is in the unit shown for it. ``left`` is the space for the labels of the
+    vertical axis. ``legend`` names the colours below the axes, for lines
     too close for direct labels.
     """
 
@@ -172,10 +175,12 @@ class Chart:
             )
         ]
         bottom, right = height - BOTTOM, WIDTH - RIGHT
-        for value, words in x.ticks():
+        x_ticks, x_label = _axis(x, x_label)
+        y_ticks, y_label = _axis(y, y_label)
+        for value, words in x_ticks:
             at = f"{self._across(value):.1f}"
             self._layers.append(_grid(at, at, TOP, bottom) + _words(at, bottom + 18, words, "middle"))
-        for value, words in y.ticks():
+        for value, words in y_ticks:
             at = self._up(value)
             self._layers.append(
                 _grid(left, right, f"{at:.1f}", f"{at:.1f}") + _words(left - 8, f"{at + 4:.1f}", words, "end")
@@ -247,6 +252,16 @@ class Chart:
 
     def _path(self, xs: Sequence[float], ys: Sequence[float]) -> str:
         return "M" + "L".join(f"{self._across(x):.1f},{self._up(y):.1f}" for x, y in zip(xs, ys, strict=True))
+
+
+def _axis(scale: Scale, label: str) -> tuple[list[tuple[float, str]], str]:
+    """Ticks and label of an axis in the units shown."""
+    words, comma, unit = label.rpartition(", ")
+    shown, size = shown_as(unit)
+    if size == 1.0:
+        return list(scale.ticks()), label
+    shorter = replace(scale, low=scale.low / size, high=scale.high / size)
+    return [(value * size, text) for value, text in shorter.ticks()], f"{words}{comma}{shown}"
 
 
 def stacked(title: str, charts: Sequence[Chart]) -> str:

@@ -12,7 +12,7 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Sa
 from app.designs.pictures.drawing_svg import drawing_alone
 from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
-from app.designs.units import MEGA, figures
+from app.designs.units import MEGA, figures, quantity
 from solvers import pin
 
 _WIDTH = 520.0
@@ -91,14 +91,14 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
     for words, outside, inside, top in fibres:
         lines = (
             words,
-            say("outside {} MPa").format(_signed(stresses[outside])),
-            say("inside {} MPa").format(_signed(stresses[inside])),
+            say("outside {}").format(_signed(stresses[outside])),
+            say("inside {}").format(_signed(stresses[inside])),
         )
         for row, line in enumerate(lines):
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
     if result["ovalization_um"] is not None:
         exaggerated = say("drawn exaggerated")
-        oval = say("ovalized by {} µm").format(figures(result["ovalization_um"]))
+        oval = say("ovalized by {}").format(quantity(result["ovalization_um"], "µm", 4))
         out.append(
             f'<text x="16" y="40" fill="currentColor">{oval}</text>'
             f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
@@ -107,7 +107,7 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
 
 
 def _signed(value: float) -> str:
-    return ("+" if value > 0.0 else "") + figures(value)
+    return ("+" if value > 0.0 else "") + quantity(value, "MPa", 4)
 
 
 def stress_picture(run: dict[str, Any], say: Say = str) -> str:

@@ -2734,6 +2734,8 @@ class SweptBox(TypedDict):
     angle_deg: float
     """angle, in °"""
 
+System = Literal["metric", "inch"]
+
 
 class TableLoad(TypedDict):
     """Pressures at crank angles, joined by a monotone periodic cubic. A last point may close the turn with the

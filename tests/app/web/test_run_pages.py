@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import html
 import math
 import re
 import time
@@ -341,7 +342,7 @@ def test_animations_respect_reduced_motion(client):
     at = run["links"]["plots"]["mechanism"]
     assert "<animate" in client.get(at).text
     assert "<animate" not in client.get(f"{at}?still=true").text
-    assert f'srcset="{at}?still=true"' in client.get(f"/runs/{run['id']}").text
+    assert f'srcset="{at}?language=en&amp;units=metric&amp;still=true"' in client.get(f"/runs/{run['id']}").text
 
 
 def test_a_design_run_draws_its_result(client, design_request):
@@ -370,6 +371,14 @@ def test_inch_units_are_displayed(client, pins):
     assert f"{criterion['reached']:.4g} MPa" in metric
     assert f"ø {outer / 25.4:.5g}" in page and "inches, to scale" in page
     assert f'value="{outer / 25.4:.12g}'[:17] in asked
+    pictures = [html.unescape(address) for address in re.findall(r'<img src="([^"]+)"', page)]
+    drawn = "".join(client.get(address).text for address in pictures)
+    assert (
+        "stress, psi<" in drawn
+        and "x, in<" in drawn
+        and f">{run['result']['profile'][-1]['x_mm'] / 25.4:.5g}<" in drawn
+    )
+    assert not re.search(r"\b(mm|MPa|µm)<", drawn)
     assert client.get(f"/api/v1{path}").json()["spec"]["geometry"]["outer_diameter_mm"] == outer
     assert client.get("/units/cubits").status_code == 404
     assert client.get("/units/inch?back=//elsewhere", follow_redirects=False).headers["location"] == "/"

@@ -20,6 +20,7 @@ from app.designs.pictures.chart import (
     around,
     decades_around,
 )
+from app.words.units import System, measuring
 
 DOT = re.compile(r'<circle cx="([\d.]+)" cy="([\d.]+)"')
 
@@ -102,3 +103,16 @@ def test_words_are_escaped_and_the_svg_is_well_formed():
     root = ElementTree.fromstring(chart.svg())
     assert root.tag.endswith("svg")
     assert "<script>" not in chart.svg()
+
+
+@pytest.mark.parametrize(("scale", "middle"), [(Linear(0.0, 50.8), 25.4), (Logarithmic(2.54, 254.0), 25.4)])
+def test_an_axis_of_a_metric_unit_is_in_the_unit_shown(scale, middle):
+    chart = Chart("", scale, Linear(0.0, 1.0), "length, mm", "share")
+    with measuring(System.INCH):
+        inches = Chart("", scale, Linear(0.0, 1.0), "length, mm", "share")
+    for each in (chart, inches):
+        each.mark(middle, 0.5)
+    assert dot(inches) == dot(chart)
+    assert "length, in<" in inches.svg() and "length, mm<" in chart.svg()
+    tick = re.search(r'<text x="([\d.]+)" y="326" [^>]*>(?:1|1\.0|1e0)<', inches.svg())
+    assert float(tick[1]) == dot(chart)[0]

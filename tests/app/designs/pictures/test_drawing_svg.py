@@ -8,11 +8,11 @@ from itertools import combinations
 
 import pytest
 
-from app.designs.drawing import Dimension, Drawing, Line
+from app.designs.drawing import Dimension, Drawing, Line, worded
 from app.designs.kind import Mode
 from app.designs.pictures.drawing_svg import drawing_svg
 from app.designs.registry import KINDS
-from app.words.drawings import in_words
+from app.words.languages import gettext
 from app.words.units import System, measuring
 
 _TEXT = re.compile(
@@ -53,7 +53,7 @@ def test_a_long_text_within_the_part_is_beside_its_line_above_the_centre():
 def test_the_widths_of_a_strip_in_inches_stand_beside_it():
     kind = KINDS["flexible-rod"]
     with measuring(System.INCH):
-        svg = drawing_svg(in_words(kind.drawing(kind.example(Mode.DESIGN))))
+        svg = drawing_svg(worded(kind.drawing(kind.example(Mode.DESIGN)), gettext))
     texts = _TEXT.findall(svg)
     assert {words[0] for *_, turn, words in texts if turn == "-90.0"} == {"ø", "b", "r"}
     places = sorted((float(x), 0.5 * 7.6 * len(words)) for x, _, _, _, words in texts if words.startswith("h"))
@@ -76,7 +76,7 @@ def test_a_dimension_in_inches_is_that_of_the_part_not_of_its_rounded_text():
     size = Dimension((0.0, -10.547177), (0.0, 10.547177), "ø 21.094", "y", 0.0, -1)
     outline = Line(((0.0, -10.0), (80.0, 10.0)))
     with measuring(System.INCH):
-        (told,) = in_words(Drawing("a plate", (outline,), (size,))).dimensions
+        (told,) = worded(Drawing("a plate", (outline,), (size,)), gettext).dimensions
     assert told.words == "ø 0.83049"
 
 

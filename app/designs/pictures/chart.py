@@ -21,6 +21,9 @@ _LEGEND_ROW = 20
 _LETTER = 7.2
 """Width of a letter, on average."""
 
+_TICK_LETTER, _SHORT_TICK = 8, 5
+"""Width of a digit of a tick's label, and digits for which there is room beside the axis' own label."""
+
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
 _ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
 _DARK = "".join(
@@ -148,8 +151,8 @@ class Chart:
     """A chart with one pair of axes; each method adds a layer on top.
 
     An axis whose label ends with a metric unit is in the unit shown for it. ``left`` is the space for the labels of the
-    vertical axis. ``legend`` names the colours below the axes, for lines
-    too close for direct labels.
+    vertical axis, unless they are long. ``legend`` names the colours below the axes, for lines too close for direct
+    labels.
     """
 
     def __init__(
@@ -163,6 +166,11 @@ class Chart:
         legend: Sequence[tuple[str, str]] = (),
         height: int = HEIGHT,
     ) -> None:
+        x_ticks, x_label = _axis(x, x_label)
+        y_ticks, y_label = _axis(y, y_label)
+        left += _TICK_LETTER * max(
+            (len(words) - _SHORT_TICK for _, words in y_ticks if len(words) > _SHORT_TICK), default=0
+        )
         self._x, self._y, self._left, self._height = x, y, left, height
         self.height = height + _LEGEND_ROW * len(legend)
         self._layers = [
@@ -175,8 +183,6 @@ class Chart:
             )
         ]
         bottom, right = height - BOTTOM, WIDTH - RIGHT
-        x_ticks, x_label = _axis(x, x_label)
-        y_ticks, y_label = _axis(y, y_label)
         for value, words in x_ticks:
             at = f"{self._across(value):.1f}"
             self._layers.append(_grid(at, at, TOP, bottom) + _words(at, bottom + 18, words, "middle"))

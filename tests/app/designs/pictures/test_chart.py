@@ -116,3 +116,11 @@ def test_an_axis_of_a_metric_unit_is_in_the_unit_shown(scale, middle):
     assert "length, in<" in inches.svg() and "length, mm<" in chart.svg()
     tick = re.search(r'<text x="([\d.]+)" y="326" [^>]*>(?:1|1\.0|1e0)<', inches.svg())
     assert float(tick[1]) == dot(chart)[0]
+
+
+@pytest.mark.parametrize("most", [1.0, 9e3, 1.5e5, 2e7])
+def test_labels_of_ticks_keep_off_the_label_of_the_axis(most):
+    svg = Chart("", Linear(0.0, 1.0), Linear(-most, most), "x", "y").svg()
+    ticks = re.findall(r'<text x="([\d.]+)" y="[\d.]+" text-anchor="end"[^>]*>([^<]+)<', svg)
+    assert len(ticks) > 2
+    assert all(float(end) - 8 * len(words) >= 22 for end, words in ticks)

@@ -20,9 +20,9 @@ from solvers.linkage.optimum.family import Family
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes import cone as cones
 from solvers.pin.shapes import stepped
-from solvers.pin.shapes.break_points import bounds
 from solvers.pin.shapes.break_points import half as halves
-from solvers.pin.shapes.break_points.paths import Layers
+from solvers.pin.shapes.break_points import part
+from solvers.pin.shapes.break_points.cells import lines_below
 
 rod_design = importlib.import_module("solvers.rod.optimum.strip_search")
 
@@ -76,7 +76,7 @@ def test_a_wrong_pin_model_is_covered_by_the_gap_or_detected(monkeypatch):
     monkeypatch.setattr(halves, "Segments", lambda *given: true(*given)._replace(law=soft))
     owned = judged("pin-profile", problem)
     assert owned.closest < -1e-3 and owned.bounded
-    monkeypatch.setattr(bounds, "Layers", lambda *given: Layers(*given)._replace(law=soft))
+    monkeypatch.setattr(part, "lines_below", lambda *given: lines_below(*given[:-1], soft))
     found = judged("pin-profile", problem)
     assert not found.bounded and not found.unbeaten and found.better > 1e-3
 

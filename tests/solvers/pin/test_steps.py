@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.program import assemble
-from solvers.pin.shapes.break_points.bounds import Bounds
-from solvers.pin.shapes.break_points.cells import cells, points
+from solvers.pin.shapes.break_points.cells import break_cells
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import BENDING, FLOOR, SHEAR
+from solvers.pin.shapes.break_points.lattice import forward, ranges
+from solvers.pin.shapes.break_points.part import all_steps
 from solvers.pin.shapes.break_points.search import lightest_steps
 from solvers.pin.stations.lobatto_panels import NODES, initial_stations, kinks
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
@@ -59,49 +59,55 @@ def turned(scene):
     return Half(p), lambda y: 1 / ((y + d2) ** 2 - d2**2), shear, 50.0
 
 
+def holding(ends, value):
+    """The cells, given by both ends, that a value lies in."""
+    return (ends[:, 0] <= value) & (value <= ends[:, 1])
+
+
+def cost(half, bend, shear, lam, t, u):
+    """Volume and multiplied deflection of steps that end at t with walls u, summed up."""
+    more = np.diff(half.sums.integrals(np.concatenate([[0.0], t])), axis=1)
+    flexible = sum(f(u) * m for f, m in zip((bend, shear), more, strict=True))
+    return float(np.sum(u * np.diff(t, prepend=0.0)) + lam * np.where(more.sum(axis=0) > 1e-15, flexible, 0.0).sum())
+
+
 @pytest.mark.parametrize("kind", ["pin", "sleeve", "shaft"])
-def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
-    """Random breaks in random cells, each wall by a bounded search, then raised so that walls rise, against what
-    dynamic programming counts; the narrower the cells, the closer that is."""
+def test_no_steps_through_cells_cost_less_than_the_bound(kind):
+    """Random steps; only the cells that hold their break points and walls are open, cut again and again. Neither they
+    nor other steps through these cells cost less than what dynamic programming counts, which approaches their cost."""
     half, bend, shear, top = bored() if kind == "pin" else turned(SLEEVE if kind == "sleeve" else SHAFT)
-    rng, sums, base = np.random.default_rng(5), half.sums, Bounds(half)
-    edges = kinks(half.program.scene)
-    for trial in range(40):
-        # Cells lie between kinks and are one or do not overlap, as the search's.
-        lam, narrow = (10.0 ** rng.uniform(-2, 1) if trial else 0.0), 10.0 ** rng.uniform(-4, 0)
-        layers = []
-        for part, k in enumerate(np.sort(rng.choice(edges.size - 1, 3))):
-            wide = (edges[k + 1] - edges[k]) / 3
-            t = edges[k] + wide * (part + (1.0 - narrow) * rng.uniform())
-            layers.append(cells(half, np.array([t]), np.array([narrow * wide])))
-        if trial % 10 == 9:
-            layers[1] = layers[0]
-        bound = base.path_bound(layers, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
-        assert np.isfinite(bound)
-        least = np.inf
-        for _ in range(12):
-            inner = [layer.t[0] + layer.h[0] * np.clip(rng.uniform(-0.3, 1.3), 0.0, 1.0) for layer in layers]
-            places = np.concatenate([[0.0], np.maximum.accumulate(inner), [1.0]])
-            steps = list(
-                zip(
-                    np.diff(places), *np.diff(sums.integrals(places), axis=1), half.lower_bound(places[1:]), strict=True
+    rng, steps = np.random.default_rng(5), 4
+    for _ in range(8):
+        lam = 10.0 ** rng.uniform(-2, 1)
+        t = np.append(np.sort(rng.uniform(size=steps - 1)), 1.0)
+        floor = half.lower_bound(t)
+        # Some walls on the curve, some above it.
+        u = np.maximum.accumulate(floor + rng.integers(0, 2, steps) * (top - floor) * rng.uniform(size=steps) ** 4)
+        part, exact, first = all_steps(half, steps, 2.0 * top), cost(half, bend, shear, lam, t, u), None
+        for _ in range(5):
+            b, ends = part.breaks, part.walls.ends
+            spans = np.stack([b.t, b.t + b.h], axis=1)
+            through = np.array([holding(spans, x) for x in t[:-1]]), np.array([holding(ends, x) for x in u])
+            part = replace(part, open_breaks=through[0], open_walls=through[1]).compacted()
+            lat = part.lattice(half)
+            bound = forward(lam, lat, ranges(lat), np.empty((steps, lat.t.size, lat.u.size)))
+            assert bound <= exact * (1 + 1e-12)
+            spans = np.stack([part.breaks.t, part.breaks.t + part.breaks.h], axis=1)
+            for _ in range(12):
+                places = np.append(
+                    np.sort(np.clip(t[:-1] + part.breaks.h.min() * rng.normal(size=steps - 1), 0, 1)), 1.0
                 )
-            )
-
-            def cost(u, width, b, s, floor, lam=lam):
-                return u * width + (lam * (b * bend(u) + s * shear(u)) if b > 1e-15 or s > 1e-15 else 0.0)
-
-            walls = []
-            for step in steps:
-                low = max(step[-1], 1e-9)
-                found = minimize_scalar(cost, (low, top), (low, top), step, "bounded", options={"xatol": 1e-10})
-                walls.append(min((found.x, low, max(low, top)), key=lambda u, step=step: cost(u, *step)))
-            rising = np.maximum.accumulate(walls)
-            total = sum(cost(u, *step) for u, step in zip(rising, steps, strict=True))
-            assert bound <= total * (1 + 1e-9) + 1e-14
-            if np.array_equal(rising, walls):
-                least = min(least, total)
-        assert least == np.inf or least - bound <= 3.0 * narrow * least
+                walls = np.maximum.accumulate(
+                    np.maximum(half.lower_bound(places), u * np.exp(0.1 * rng.normal(size=steps)))
+                )
+                inside = [holding(spans[row], x).any() for row, x in zip(part.open_breaks, places, strict=False)]
+                inside += [
+                    holding(part.walls.ends[row], x).any() for row, x in zip(part.open_walls, walls, strict=True)
+                ]
+                assert not all(inside) or bound <= cost(half, bend, shear, lam, places, walls) * (1 + 1e-12)
+            first = bound if first is None else first
+            part = part.cut(half, np.ones(part.breaks.t.size, dtype=bool), np.ones(len(part.walls.ends), dtype=bool))
+        assert exact - bound <= 0.2 * (exact - first)
 
 
 def test_the_lines_below_the_deflections_sums():
@@ -111,10 +117,11 @@ def test_the_lines_below_the_deflections_sums():
     for parts in (1, 8, 64):
         t = np.concatenate([np.linspace(a, b, parts + 1)[:-1] for a, b in itertools.pairwise(edges)])
         h = np.repeat(np.diff(edges) / parts, parts)
-        table = cells(half, t, h).table
+        found = break_cells(half, t, h)
+        lines = found.sums - found.depth[:, :, None]
         for at in rng.uniform(size=(20, t.size)):
-            for row, value in zip((BENDING, SHEAR), sums.integrals(t + at * h), strict=True):
-                above = value - table[:, row] - at * (table[:, row + 1] - table[:, row])
+            for line, value in zip(lines.swapaxes(0, 1), sums.integrals(t + at * h), strict=True):
+                above = value - line[:, 0] - at * (line[:, 1] - line[:, 0])
                 assert above.min() >= -1e-15
                 assert above.max() <= 0.5 / parts**2
 
@@ -203,7 +210,7 @@ def test_where_the_least_wall_takes_over_from_strength_nothing_is_lost(wall):
 
 def test_a_bound_that_ran_out_of_work_is_told(monkeypatch):
     """With fewer cells or less work allowed the gap is wide, never closed by giving up."""
-    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_PAIRS", 4)
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_SIZE", 4)
     monkeypatch.setattr("solvers.pin.shapes.break_points.search._MOST_WORK", 1)
     for limit in (None, LIMIT):
         assert 1e-5 < designed(3, limit).certificate.gap < 0.2
@@ -225,18 +232,29 @@ def test_the_multiplier_is_found_however_far_it_is_from_the_first_guess(bore, ga
     """It is 3,000 for 0.22 mm. The search stayed at 0.5 if asked loosely, and cut cells for half a minute."""
     found, bound, evidence = lightest_steps(thread(bore), 2, gap=gap)
     assert found.volume * (1 - gap) <= bound <= found.volume
-    assert evidence["work"] <= 3_000_000
+    assert evidence["work"] <= 4_000_000
+
+
+def undivided(monkeypatch):
+    """No part is divided: one multiplier for all steps."""
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search._Search._between", lambda *given: None)
 
 
 def test_cells_that_cannot_close_the_gap_are_not_cut_beyond_the_work_allowed(monkeypatch):
-    """At a wrong multiplier no cell is discarded, and every round cuts each in four."""
-    monkeypatch.setattr("solvers.pin.shapes.break_points.search._Search._improve", lambda self, node, _: (None, node))
+    """At a wrong multiplier no cell is discarded, and every round cuts each."""
+
+    def at_start(lat, walls, come, start, tolerance, target, soft, stiff):
+        soft[:], stiff[:] = 0, 0
+        soft[0, -1] = stiff[0, -1] = -1
+        return start, forward(start, lat, walls, come) - start, 1
+
+    monkeypatch.setattr("solvers.pin.shapes.break_points.search.maximise_dual", at_start)
     found, bound, evidence = lightest_steps(thread(0.22e-3), 2)
     assert bound < 0.9 * found.volume
-    assert evidence["work"] <= 2 * 4_000_000
+    assert evidence["work"] <= 2 * 31_000_000
 
 
-def test_a_duality_gap_is_closed():
+def test_a_duality_gap_is_closed(monkeypatch):
     """A short pin on which two quite different breaks, one too soft, one too stiff, cost the same at one multiplier."""
     d, criterion = 47.82e-3, pin.CRITERIA["fibre"]
     geometry, steel = pin.Geometry(d, 0.883 * d, 0.496 * d, 0.02 * d), pin.PinMaterial(200e6, 210e9, 0.0, 7850.0)
@@ -251,9 +269,9 @@ def test_a_duality_gap_is_closed():
     assert volume <= least * (1 + 1e-12)
     assert volume == pytest.approx(least, rel=1e-4)
     assert volume * (1 - 1e-7) <= bound <= volume
-    # One multiplier for all breaks leaves more than a ten-thousandth open.
-    one = Bounds(half).dual_bound([points(half, half.edges(400))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
-    assert one.value < volume * (1 - 1e-4)
+    # One multiplier for all steps leaves a hundred times as much open.
+    undivided(monkeypatch)
+    assert lightest_steps(half, 2)[1] < volume * (1 - 5e-6)
 
 
 @pytest.mark.parametrize(
@@ -335,7 +353,7 @@ def test_without_a_load_the_least_wall_is_all_there_is(boss):
     assert grams(scene, pin.Stepped(2), min_wall=wall) == pytest.approx(1e3 * STEEL.density * volume, rel=1e-9)
 
 
-def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
+def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall(monkeypatch):
     """Where a step is nearly solid its flexibility is concave, so even with the best break point fixed one multiplier
     leaves the Lagrangian below the mass, until the wall is divided."""
     material = pin.PinMaterial(411.5e6, 59.44e9, 0.4725, 1838.0, allowable_shear=155.6e6)
@@ -348,9 +366,38 @@ def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
     lightest = min(half.lightest_walls(np.array([t, 1.0])).volume for t in np.linspace(0.29, 0.31, 2001))
     assert found.certificate.bound <= solid * lightest
     assert found.value.check.mass <= solid * lightest * (1 + 1e-6)
-    places = found.value.corners[1][0] / (0.5 * scene.geometry.length)
-    fixed = Bounds(half).dual_bound([points(half, np.array([places]))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
-    assert fixed.value < found.certificate.bound / solid * (1 - 1e-5)
+    undivided(monkeypatch)
+    assert lightest_steps(half, 2)[1] < found.certificate.bound / solid * (1 - 5e-6)
+
+
+SHORT_PIN = pin.Scene(
+    pin.Geometry(35.874e-3, 5.0725e-3, 8.7017e-3), 72501.2, pin.PinMaterial(422.87e6, 152.13e9, 0.32459, 2470.2)
+)
+SHORT_BUSHING = pin.Scene(
+    pin.BushingGeometry(3.3929e-3, 0.42283e-3, 2.2387e-3), 131.154, pin.PinMaterial(188.61e6, 149.85e9, 0.42476, 2372.4)
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "steps", "criterion", "wall", "limit"),
+    [(SHORT_PIN, 3, "saint_venant", 5.1671e-3, 1.7322e-6), (SHORT_BUSHING, 4, "tresca_paper", 0.10678e-3, 0.31133e-6)],
+)
+def test_steps_that_would_rather_be_thinner_toward_the_middle_are_proven(scene, steps, criterion, wall, limit):
+    """Where shear governs, two steps share one wall, with a break between them anywhere: only walls that must not
+    decrease close the gap, which was 5e-4 and 3e-4."""
+    outcome = designed(steps, limit, scene, criterion, min_wall=wall)
+    assert 0 <= outcome.certificate.gap <= 1e-7
+    half, rng = (
+        Half(program(scene, pin.CRITERIA[criterion], min_wall=wall, max_deflection=limit)),
+        np.random.default_rng(1),
+    )
+    corners, least = outcome.value.corners, np.inf
+    best = np.array([c[0] for c in corners[1 : 2 * steps : 2]]) / (0.5 * scene.geometry.length)
+    for reach in np.repeat([1e-4, 1e-3, 1e-2, 0.1, 1.0], 60):
+        moved = np.sort(np.clip(best[:-1] + reach * rng.normal(size=steps - 1), 0.0, 1.0))
+        least = min(least, half.lightest_walls(np.append(moved, 1.0)).volume)
+    assert outcome.certificate.bound <= least * half.program.mass_unit
+    assert outcome.value.check.mass <= least * half.program.mass_unit * (1 + 1e-8)
 
 
 def test_a_jump_of_the_least_wall_at_a_cells_end_does_not_lower_its_start():
@@ -363,4 +410,6 @@ def test_a_jump_of_the_least_wall_at_a_cells_end_does_not_lower_its_start():
         start = 2.0 * place / length - width
         before, behind = half.lower_bound(np.array([start, start + width + 1e-11]))
         assert behind > 1.1 * before
-        assert cells(half, np.array([start]), np.array([width + 1e-12])).table[0, FLOOR] >= before * (1.0 - 1e-6)
+        cell = break_cells(half, np.array([start]), np.array([width + 1e-11]))
+        assert cell.f[0, 0] >= before * (1.0 - 1e-6)
+        assert np.isinf(cell.sag[0])

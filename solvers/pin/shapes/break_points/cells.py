@@ -1,111 +1,132 @@
-"""Cells for break points, with bounds of walls and deflection coefficients."""
+"""Cells of break points and of walls, with the lower bounds that are linear in each of them.
+
+A step's wall u is at least f(t), t being where it ends. A cell of break points in which f rises is accompanied by a
+cell of walls, from f at its begin to f at its end; the two are cut together, at places of the curve f(t). So a step
+that ends in the one with a wall of the other lies above the chord between two opposite corners, or below it by a sag
+at most.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
-from solvers.pin.shapes.break_points.half import Half, Sums
-from solvers.pin.shapes.break_points.paths import BENDING, COLUMNS, FLOOR, POSITION, SHEAR
+from solvers.numerics.jit import kernel
+from solvers.pin.section.flexibility import Flexibility, flexibilities, slopes
+from solvers.pin.shapes.break_points.half import COINCIDENT, Half, Sums
 
-CUT = 4
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.int64]
 _SAMPLES = np.linspace(0.0, 1.0, 17)
 _SAFETY_FACTOR = 2.0
 """Safety factor on the sag of a curve below its chord between two samples."""
+_NARROW, _SIMILAR = 1.5, 0.5
+"""Ratio of a cell's walls, and of the next cell's width to its own, up to and from which a tangent in its middle hardly
+lowers the flexibilities of thicker walls."""
 
 
-@dataclass(frozen=True)
-class Cells:
-    """Ordered cells [t, t + h], n of them, and ``table`` of shape (n, COLUMNS), laid out as in
-    ``solvers.pin.shapes.break_points.paths``.
+class BreakCells(NamedTuple):
+    """Ordered cells [t, t + h] of break points, n of them.
 
-    ``constant`` marks the cells in which f, B and S are constant.
+    ``f`` (n, 2): f just inside both ends; ``sag`` (n,): by how much f may lie below the chord between them, infinite
+    where f jumps inside. ``sums`` (n, 2, 2): the exact B and S at both ends, ``depth`` (n, 2): by how much a line below
+    each is lowered. ``constant``: whether f, B and S are constant.
     """
 
     t: Array
     h: Array
-    constant: NDArray[np.bool_]
-    table: Array
-
-    def with_floor(self, least: float) -> Cells:
-        """Return the cells with walls of at least ``least``; in a cell where f crosses ``least``, f is ignored."""
-        below = self.table[:, FLOOR] < least
-        if not below.any():
-            return self
-        table = self.table.copy()
-        table[below, FLOOR : FLOOR + 2] = least
-        return replace(self, table=table)
-
-    def subset(self, which: NDArray[np.bool_] | slice) -> Cells:
-        """Return a subset of the cells."""
-        return Cells(self.t[which], self.h[which], self.constant[which], self.table[which])
-
-    def split(self, counts: list[int]) -> list[Cells]:
-        """Return consecutive groups of the cells."""
-        ends = np.cumsum(counts)
-        return [self.subset(slice(end - count, end)) for count, end in zip(counts, ends, strict=True)]
+    f: Array
+    sag: Array
+    sums: Array
+    depth: Array
+    constant: Mask
 
 
-def points(half: Half, t: Array) -> Cells:
-    """Return cells of zero width, with exact f, B and S."""
-    table = np.zeros((t.size, COLUMNS))
-    table[:, POSITION : POSITION + 2] = t[:, None]
-    table[:, FLOOR : FLOOR + 2] = half.lower_bound(t)[:, None]
-    if half.sums is not None:
-        bent, sheared = half.sums.integrals(t)
-        table[:, BENDING : BENDING + 2], table[:, SHEAR : SHEAR + 2] = bent[:, None], sheared[:, None]
-    return Cells(t, np.zeros_like(t), np.zeros(t.size, dtype=bool), table)
+class WallCells(NamedTuple):
+    """Ordered cells of walls: ``ends`` (n, 2), and ``curve`` (n,): the cell of break points in which f has these walls,
+    -1: none."""
+
+    ends: Array
+    curve: Indices
 
 
-def cells(half: Half, t: Array, h: Array) -> Cells:
+C = TypeVar("C", BreakCells, WallCells)
+
+
+def subset(cells: C, which: Mask) -> C:
+    """Return a subset of the cells."""
+    return type(cells)(*(values[which] for values in cells))
+
+
+def break_cells(half: Half, t: Array, h: Array) -> BreakCells:
     """Return cells [t, t + h], with bounds from samples inside each."""
     grid = t[:, None] + h[:, None] * _SAMPLES
     grid[:, -1] = np.minimum(t + h, 1.0)
-    level = half.lower_bound(grid.ravel()).reshape(grid.shape)
-    table = np.zeros((t.size, COLUMNS))
-    table[:, POSITION : POSITION + 2] = grid[:, [0, -1]]
-    # f is non-decreasing; a kink between two samples shows in the adjacent second differences.
-    bend = np.maximum(np.diff(level, 2, axis=1), 0.0)
-    sag = 0.25 * _SAFETY_FACTOR * (np.pad(bend, ((0, 0), (0, 1))) + np.pad(bend, ((0, 0), (1, 0)))).max(axis=1)
+    # f may jump at a cell's end.
+    inside = grid.copy()
+    inside[:, -1] = np.where(grid[:, -1] < 1.0, np.maximum(grid[:, -1] - COINCIDENT, t), 1.0)
+    level = half.lower_bound(inside.ravel()).reshape(grid.shape)
     first, last = level[:, 0], level[:, -1]
-    low = first - (first[:, None] + (last - first)[:, None] * _SAMPLES - level).max(axis=1) - sag
-    # Where f jumps in a cell, such as at its end, the line would lie below f's first value.
-    flat = low < np.maximum(0.5 * first, first - 0.5 * (last - first))
-    table[:, FLOOR] = np.where(flat, first, low)
-    table[:, FLOOR + 1] = np.where(flat, first, low + (last - first))
-    unchanged = np.ones(t.size, dtype=bool)
+    # f is non-decreasing; a kink between two samples shows in the adjacent second differences.
+    bend = np.zeros((t.size, _SAMPLES.size))
+    bend[:, 1:-1] = np.maximum(np.diff(level, 2, axis=1), 0.0)
+    sag = 0.25 * _SAFETY_FACTOR * (bend[:, 1:] + bend[:, :-1]).max(axis=1)
+    sag += (first[:, None] + (last - first)[:, None] * _SAMPLES - level).max(axis=1)
+    sag = np.where(sag > 0.5 * (last - first), np.inf, sag)
+    sums, depth = np.zeros((t.size, 2, 2)), np.zeros((t.size, 2))
     if half.sums is not None:
         value = half.sums.integrals(grid.ravel()).reshape(2, *grid.shape)
-        table[:, BENDING : BENDING + 2], table[:, SHEAR : SHEAR + 2] = _lines_below(grid, value, half.sums)
-        unchanged = np.all(value[:, :, 0] == value[:, :, -1], axis=0)
-    return Cells(t, h, (last <= first) & unchanged, table)
+        sums, depth = value[:, :, [0, -1]].transpose(1, 0, 2), _depths(grid, value, half.sums).T.copy()
+    constant = (last <= first) & (sums[:, :, 0] == sums[:, :, 1]).all(axis=1)
+    return BreakCells(t, h, level[:, [0, -1]], sag, sums, depth, constant)
 
 
-def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
-    """Return chords of B and S shifted down to be lower bounds: values at both ends, (2, n, 2)."""
-    begin, end = grid[:, 0], grid[:, -1]
-    wide = end - begin
+def _depths(grid: Array, value: Array, sums: Sums) -> Array:
+    """Return how far the chords of B and S must be lowered to be lower bounds, (2, n)."""
+    wide = grid[:, -1] - grid[:, 0]
     # Densities may jump at a cell's ends, so they are sampled inside.
-    inside = begin[:, None] + wide[:, None] * (0.5 * (_SAMPLES[:-1] + _SAMPLES[1:]))
+    inside = grid[:, :1] + wide[:, None] * (0.5 * (_SAMPLES[:-1] + _SAMPLES[1:]))
     density = sums.density(inside.ravel()).reshape(2, *inside.shape)
     first, last = value[:, :, :1], value[:, :, -1:]
     short = (first + (last - first) * _SAMPLES - value).max(axis=2)
     # Between two samples the integral lies below its chord by a quarter of the slope increase times their distance.
     increase = np.maximum(np.diff(density, axis=2).max(axis=2), 0.0)
-    sag = 0.25 * _SAFETY_FACTOR * wide * _SAMPLES[1] * increase
-    ends = np.concatenate([first, last], axis=2) - (short + sag)[:, :, None]
-    # Lines of adjacent cells share the lower end value: a drop from one to the next would be a spurious gain.
-    meet = np.flatnonzero(begin[1:] == end[:-1])
-    ends[:, meet, 1] = ends[:, meet + 1, 0] = np.minimum(ends[:, meet, 1], ends[:, meet + 1, 0])
-    return ends
+    return short + 0.25 * _SAFETY_FACTOR * wide * _SAMPLES[1] * increase
 
 
-def split_cells(half: Half, old: list[Cells]) -> list[Cells]:
-    """Split the cells of every layer into CUT parts each."""
-    t, h = (np.concatenate([getattr(layer, name) for layer in old]) for name in ("t", "h"))
-    h = h / CUT
-    start = (t[:, None] + h[:, None] * np.arange(CUT)).ravel()
-    return cells(half, start, np.repeat(h, CUT)).split([CUT * layer.t.size for layer in old])
+@kernel
+def lines_below(ends: Array, most: float, concave_from: float, law: Flexibility) -> tuple[Array, Array]:
+    """Return lines below both flexibilities of a section at the ends of cells of walls, (2, 2 n), non-increasing from
+    cell to cell, and by how much they are lower, (n, 2). A wall of ``most`` stands for all thicker ones: zero.
+
+    The lines are tangents, chords where shear is concave, from ``concave_from`` on.
+    """
+    n = ends.shape[0]
+    lines, depth = np.zeros((2, 2 * n)), np.zeros((n, 2))
+    low_f, low_g = np.inf, np.inf
+    for i in range(n):
+        a, b = ends[i, 0], ends[i, 1]
+        if a >= most:
+            break
+        even = b < _NARROW * a and (i + 1 == n or ends[i + 1, 1] - ends[i + 1, 0] >= _SIMILAR * (b - a))
+        at = 0.5 * (a + b) if even else b
+        (f, _), (df, _) = flexibilities(at, law), slopes(at, law)
+        begin_f, end_f = f + df * (a - at), f + df * (b - at)
+        at = min(at, max(concave_from, a))
+        g, dg = flexibilities(at, law)[1], slopes(at, law)[1]
+        begin_g, end_g = g + dg * (a - at), g + dg * (b - at)
+        # At a wall of zero the depth is that at half the cell.
+        (most_f, most_g), (least_f, least_g) = flexibilities(max(a, 0.5 * b), law), flexibilities(b, law)
+        if a >= concave_from:
+            begin_g, end_g = most_g, least_g
+        over = max(end_g - least_g, 0.0)
+        low_f, low_g = min(low_f, begin_f), min(low_g, begin_g - over)
+        lines[0, 2 * i], lines[1, 2 * i] = low_f, low_g
+        depth[i, 0], depth[i, 1] = max(most_f - low_f, 0.0), max(most_g - low_g, 0.0)
+        low_f, low_g = min(low_f, end_f), min(low_g, end_g - over)
+        lines[0, 2 * i + 1], lines[1, 2 * i + 1] = low_f, low_g
+        depth[i, 0], depth[i, 1] = max(depth[i, 0], least_f - low_f), max(depth[i, 1], least_g - low_g)
+    return lines, depth

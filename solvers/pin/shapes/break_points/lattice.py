@@ -1,0 +1,301 @@
+"""Cheapest steps on a lattice of break points and walls, for a given deflection multiplier or the best one.
+
+Steps end at t_1 <= ... <= t_n = 1, with walls u_1 <= ... <= u_n. With f(t) the lower bound of u, B and S the cumulative
+deflection coefficients, beta and phi the flexibilities in bending and shear, and lambda the multiplier,
+
+    cost = sum G(t_k, u_k) - G(t_{k-1}, u_k),   G(t, u) = u t + lambda (B(t) beta(u) + S(t) phi(u)),   u_k >= f(t_k).
+
+In cells beta, phi, B and S are replaced by lines below them. Neither increases the cost: B and S increase with t, and
+replacing B by B' changes it by lambda sum (B'(t_k) - B(t_k)) (beta(u_k) - beta(u_{k+1})), where beta must not increase
+with u. Now every G is linear in t and in u. So if every t is moved to one end of its cell or the other, at random
+with its own value as the mean, and every u too, all t of one cell alike and all u of one cell alike, which keeps their
+order, the expected cost is the same, and some steps through ends of cells cost no more than any through the cells.
+
+Only in a cell of break points with the cell of walls that accompanies it on the curve f must t and u move together, so
+that u stays above f: then the expected cost of a step that ends there exceeds that by the covariance of u and t, at
+most a quarter of the product of their cells' widths, and of a step that begins there by lambda times that of -beta and
+B, and of -phi and S. Walls above the curve, but below its chord, are raised by the sag before. These losses are
+deducted.
+
+Walls and break points both increase along a path, so both minima of dynamic programming are running ones: an iteration
+costs as much as the lattice has ends, times the number of steps.
+
+The bound is concave in lambda, with the derivative (cheapest steps' deflection - limit)/limit. So its values and
+slopes at two multipliers on either side of the maximum enclose the maximum between the larger value and the
+intersection of the two tangents.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from solvers.numerics.arrays import Array
+from solvers.numerics.jit import kernel
+from solvers.pin.shapes.break_points.cells import Indices, Mask
+
+_MAX_TRIALS = 60
+_WIDE = 4.0
+"""Ratio of the multiplier's bracket above which its geometric mean is tried."""
+
+
+class Lattice(NamedTuple):
+    """Both ends of m cells of break points and of q cells of walls, in order, those of cell i being 2 i and 2 i + 1.
+
+    ``t``, ``b``, ``s``, ``least``, ``most`` (2 m,): position, B', S', least wall of a step that ends there, greatest
+    wall of one that begins there; ``sag`` (m,), ``depth`` (m, 2) as in ``BreakCells``. ``u``, ``f``, ``g`` (2 q,):
+    wall, beta', phi'; ``curve`` (q,) as in ``WallCells``, ``depth_of_walls`` (q, 2). ``open_breaks`` (steps - 1, m),
+    ``open_walls`` (steps, q): cells that each break point and wall may lie in. ``b_last``, ``s_last``, ``least_last``
+    at the middle of the bar, ``most_first`` at its end.
+    """
+
+    t: Array
+    b: Array
+    s: Array
+    least: Array
+    most: Array
+    sag: Array
+    depth: Array
+    u: Array
+    f: Array
+    g: Array
+    curve: Indices
+    depth_of_walls: Array
+    open_breaks: Mask
+    open_walls: Mask
+    b_last: float
+    s_last: float
+    least_last: float
+    most_first: float
+
+
+@kernel
+def _end_loss(lat: Lattice, i: int, j: int) -> float:
+    """Return the loss of a step that ends at i with wall j."""
+    c, v = i // 2, j - j % 2
+    if lat.curve[j // 2] != c or lat.sag[c] == np.inf:
+        return 0.0
+    return 0.25 * (lat.u[v + 1] - lat.u[v]) * (lat.t[2 * c + 1] - lat.t[2 * c]) + lat.sag[c] * lat.t[i]
+
+
+@kernel
+def _begin_loss(lam: float, lat: Lattice, i: int, j: int) -> float:
+    """Return the loss of a step that begins at i with wall j."""
+    c, v = i // 2, j - j % 2
+    if lat.curve[j // 2] != c or lat.sag[c] == np.inf:
+        return 0.0
+    bent = (lat.f[v] - lat.f[v + 1]) * (lat.b[2 * c + 1] - lat.b[2 * c])
+    return 0.25 * lam * (bent + (lat.g[v] - lat.g[v + 1]) * (lat.s[2 * c + 1] - lat.s[2 * c]))
+
+
+@kernel
+def _until(lam: float, lat: Lattice, i: int, j: int) -> float:
+    """Return G at i for wall j."""
+    return lat.t[i] * lat.u[j] + lam * (lat.b[i] * lat.f[j] + lat.s[i] * lat.g[j])
+
+
+@kernel
+def _last(lam: float, lat: Lattice, j: int) -> float:
+    """Return G at the middle of the bar for wall j; inf if that is too thin."""
+    if lat.u[j] < lat.least_last:
+        return np.inf
+    return lat.u[j] + lam * (lat.b_last * lat.f[j] + lat.s_last * lat.g[j])
+
+
+@kernel
+def ranges(lat: Lattice) -> Indices:
+    """Return the first and past the last of the walls that are open to each step, (steps, 2)."""
+    out = np.zeros((lat.open_walls.shape[0], 2), dtype=np.int64)
+    for k in range(out.shape[0]):
+        for c in range(lat.open_walls.shape[1] - 1, -1, -1):
+            if lat.open_walls[k, c]:
+                out[k, 0] = 2 * c
+                out[k, 1] = max(out[k, 1], 2 * c + 2)
+    return out
+
+
+@kernel
+def forward(lam: float, lat: Lattice, walls: Indices, come: Array) -> float:
+    """Fill ``come`` (steps, 2 m, 2 q): cost of the cheapest steps from the end of the bar to break point i, with wall j
+    before it; row 0 of the last step is that to the middle. Only open break points and the ``ranges`` of ``walls``
+    are filled. Return the least cost."""
+    steps, ni, nj = come.shape
+    run, cheapest = np.empty(nj), np.inf
+    for k in range(steps):
+        low, high = walls[k]
+        for j in range(low, high):
+            run[j] = 0.0 if k == 0 and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most_first else np.inf
+        for i in range(ni):
+            c = i // 2
+            if k > 0 and lat.open_breaks[k - 1, c]:
+                before = np.inf
+                for j in range(walls[k - 1, 0], high):
+                    if j < walls[k - 1, 1]:
+                        before = min(before, come[k - 1, i, j])
+                    if j >= low and before < np.inf and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most[i]:
+                        value = before - _until(lam, lat, i, j)
+                        if lat.curve[j // 2] == c:
+                            value -= _begin_loss(lam, lat, i, j)
+                        run[j] = min(run[j], value)
+            if k < steps - 1 and lat.open_breaks[k, c]:
+                for j in range(low, high):
+                    value = np.inf
+                    if lat.u[j] >= lat.least[i]:
+                        value = run[j] + _until(lam, lat, i, j)
+                        if lat.curve[j // 2] == c:
+                            value -= _end_loss(lat, i, j)
+                    come[k, i, j] = value
+    for j in range(walls[steps - 1, 0], walls[steps - 1, 1]):
+        come[steps - 1, 0, j] = run[j] + _last(lam, lat, j)
+        cheapest = min(cheapest, come[steps - 1, 0, j])
+    return cheapest
+
+
+@kernel
+def prune(
+    lam: float, lat: Lattice, walls: Indices, come: Array, worst: float, open_breaks: Mask, open_walls: Mask
+) -> None:
+    """Write into ``open_breaks`` and ``open_walls`` which cells some steps that cost at most ``worst`` pass."""
+    steps, ni, nj = come.shape
+    go, run = np.empty((ni, nj)), np.empty(nj)
+    open_breaks[:, :], open_walls[:, :] = False, False
+    for j in range(walls[steps - 1, 0], walls[steps - 1, 1]):
+        run[j] = _last(lam, lat, j)
+        if come[steps - 1, 0, j] <= worst:
+            open_walls[steps - 1, j // 2] = True
+    for k in range(steps - 1, 0, -1):
+        # ``go``, the cost from the break point after step k, becomes that from the one before it.
+        low, high = walls[k]
+        for i in range(ni - 1, -1, -1):
+            c = i // 2
+            if k < steps - 1 and lat.open_breaks[k, c]:
+                for j in range(low, high):
+                    if go[i, j] < np.inf and lat.u[j] >= lat.least[i]:
+                        value = go[i, j] + _until(lam, lat, i, j)
+                        if lat.curve[j // 2] == c:
+                            value -= _end_loss(lat, i, j)
+                        run[j] = min(run[j], value)
+            if not lat.open_breaks[k - 1, c]:
+                continue
+            after = np.inf
+            for j in range(high - 1, walls[k - 1, 0] - 1, -1):
+                if j >= low and run[j] < np.inf and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most[i]:
+                    value = run[j] - _until(lam, lat, i, j)
+                    if lat.curve[j // 2] == c:
+                        value -= _begin_loss(lam, lat, i, j)
+                    after = min(after, value)
+                if j < walls[k - 1, 1]:
+                    go[i, j] = after
+                    if after + come[k - 1, i, j] <= worst:
+                        open_breaks[k - 1, c] = True
+                        open_walls[k - 1, j // 2] = True
+        run[:] = np.inf
+
+
+@kernel
+def trace(lam: float, lat: Lattice, walls: Indices, come: Array, path: Indices) -> float:
+    """Write the cheapest steps into ``path`` (2, steps): indices of their ends, the last being -1, and of their walls.
+    Return the derivative of their cost in lambda."""
+    steps, end = come.shape[0], come.shape[1] - 1
+    low, high = walls[steps - 1]
+    j = low + int(np.argmin(come[steps - 1, 0, low:high]))
+    path[0, steps - 1], path[1, steps - 1] = -1, j
+    total = lat.b_last * lat.f[j] + lat.s_last * lat.g[j]
+    for k in range(steps - 1, 0, -1):
+        cheapest, at, thinner = np.inf, 0, 0
+        for i in range(end + 1):
+            if not lat.open_breaks[k - 1, i // 2] or lat.u[j] > lat.most[i]:
+                continue
+            before, wall = np.inf, 0
+            for other in range(walls[k - 1, 0], min(j + 1, walls[k - 1, 1])):
+                if come[k - 1, i, other] < before:
+                    before, wall = come[k - 1, i, other], other
+            value = before - _until(lam, lat, i, j) - _begin_loss(lam, lat, i, j)
+            if value < cheapest:
+                cheapest, at, thinner = value, i, wall
+        total += lat.b[at] * (lat.f[thinner] - lat.f[j]) + lat.s[at] * (lat.g[thinner] - lat.g[j])
+        total -= _begin_loss(1.0, lat, at, j)
+        j, end = thinner, at
+        path[0, k - 1], path[1, k - 1] = at, j
+    return total
+
+
+@kernel
+def dues(lam: float, lat: Lattice, path: Indices, out: Array) -> None:
+    """Write into ``out`` (2, steps) by how much the cells of a path's break points and walls may lower its cost."""
+    steps, b, s = path.shape[1], 0.0, 0.0
+    out[:, :] = 0.0
+    for k in range(steps):
+        i, j = path[0, k], path[1, k]
+        b_next, s_next, v = lat.b_last, lat.s_last, j // 2
+        if k < steps - 1:
+            c, after = i // 2, path[1, k + 1]
+            b_next, s_next = lat.b[i], lat.s[i]
+            out[0, k] = lat.depth[c, 0] * (lat.f[j] - lat.f[after]) + lat.depth[c, 1] * (lat.g[j] - lat.g[after])
+            out[0, k] *= lam
+            if lat.curve[v] == c:
+                rise = lat.u[2 * v + 1] - lat.u[2 * v]
+                loss = 0.25 * rise * (lat.t[2 * c + 1] - lat.t[2 * c]) + min(lat.sag[c], rise) * lat.t[i]
+                out[0, k] += loss
+                out[1, k] += loss
+        if lat.u[2 * v + 1] > lat.u[2 * v]:
+            out[1, k] += lam * ((b_next - b) * lat.depth_of_walls[v, 0] + (s_next - s) * lat.depth_of_walls[v, 1])
+        b, s = b_next, s_next
+
+
+@kernel
+def maximise_dual(
+    lat: Lattice,
+    walls: Indices,
+    come: Array,
+    start: float,
+    tolerance: float,
+    target: float,
+    soft: Indices,
+    stiff: Indices,
+) -> tuple[float, float, int]:
+    """Maximise the dual bound over the multiplier, from ``start``; return (multiplier, bound, number of trials).
+
+    Ends once the bound is known to ``tolerance`` or has reached ``target``. ``soft`` and ``stiff`` (2, steps) receive
+    the cheapest paths on either side of the maximum (or the same one), as in ``trace``, and ``come`` the costs at the
+    multiplier returned.
+    """
+    low, low_value, low_slope, high, high_value, high_slope = 0.0, 0.0, 0.0, np.inf, 0.0, 0.0
+    lam, best, value, trials = start, start, -np.inf, 0
+    path = np.empty(soft.shape, dtype=np.int64)
+    for _ in range(_MAX_TRIALS):
+        trials += 1
+        dual_value = forward(lam, lat, walls, come) - lam
+        if dual_value == np.inf:
+            return lam, np.inf, trials
+        slope = trace(lam, lat, walls, come, path) - 1.0
+        if dual_value > value:
+            best, value = lam, dual_value
+        to_soft = slope > 0.0
+        if to_soft or low == 0.0:
+            soft[:] = path
+        if not to_soft or high == np.inf:
+            stiff[:] = path
+        if to_soft:
+            low, low_value, low_slope = lam, dual_value, slope
+        else:
+            high, high_value, high_slope = lam, dual_value, slope
+        # The tangent bounds what is missing: the best multiplier lies between lam and ``high``, or ``low``.
+        farthest = high if to_soft else low
+        if value >= target or slope * (farthest - lam) <= tolerance:
+            break
+        if low == 0.0 or high == np.inf:
+            # The deflection of thin walls is inversely proportional to the root of the multiplier.
+            lam *= min(max((1.0 + slope) * (1.0 + slope), 0.0625), 16.0) * (1.1 if to_soft else 1.0 / 1.1)
+            continue
+        meet = (high_value - low_value + low_slope * low - high_slope * high) / (low_slope - high_slope)
+        if low_value + low_slope * (meet - low) - value <= tolerance:
+            break
+        lam = meet if high <= _WIDE * low else math.sqrt(low * high)
+        if not low < lam < high:
+            break
+    if best != lam:
+        forward(best, lat, walls, come)
+    return best, value, trials

@@ -1,0 +1,165 @@
+"""A part of all steps: the cells that their break points and walls may lie in, and points that they pass."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solvers.numerics.arrays import Array
+from solvers.pin.section.flexibility import inflection
+from solvers.pin.shapes.break_points.cells import BreakCells, Mask, WallCells, break_cells, lines_below, subset
+from solvers.pin.shapes.break_points.half import COINCIDENT, Half
+from solvers.pin.shapes.break_points.lattice import Lattice
+
+CUT = 3
+_BREAK_CELLS, _WALL_CELLS = 24, 24
+_ROOM = 2.0
+"""Greatest wall of a bushing with cells of its own, over a feasible one's; thicker ones count as rigid."""
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Cells of break points and walls, those open to each of the steps, and the ``most`` of all walls.
+
+    ``below`` and ``above``: points (t, u) that the steps pass: those that begin before t have walls of at most u, and
+    those that end beyond t of at least u. ``multiplier``: the best one known.
+    """
+
+    breaks: BreakCells
+    walls: WallCells
+    open_breaks: Mask
+    open_walls: Mask
+    most: float
+    multiplier: float
+    below: tuple[Point, ...] = ()
+    above: tuple[Point, ...] = ()
+
+    @property
+    def ends(self) -> int:
+        """The number of pairs of ends that are open to some step."""
+        return 4 * int(self.open_breaks.sum(axis=1) @ self.open_walls[:-1].sum(axis=1))
+
+    @property
+    def size(self) -> int:
+        """The number of all pairs of ends, times that of the steps."""
+        return 4 * self.breaks.t.size * self.open_walls.size
+
+    def compacted(self) -> Part:
+        """Return the part without the cells that are open to no step."""
+        kept, walls = self.open_breaks.any(axis=0), self.open_walls.any(axis=0)
+        number = np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)
+        return replace(
+            self, breaks=subset(self.breaks, kept),
+            walls=subset(self.walls._replace(curve=number[self.walls.curve]), walls),
+            open_breaks=np.compress(kept, self.open_breaks, axis=1),
+            open_walls=np.compress(walls, self.open_walls, axis=1),
+        )  # fmt: skip
+
+    def cut(self, half: Half, cut_breaks: Mask, cut_walls: Mask) -> Part:
+        """Return the part with these cells cut in ``CUT``, those of the curve together."""
+        old, walls, pieces = self.breaks, self.walls, np.arange(CUT)
+        on_curve, wide = walls.curve >= 0, walls.ends[:, 1] > walls.ends[:, 0]
+        cut_breaks = cut_breaks.copy()
+        cut_breaks[walls.curve[on_curve & cut_walls]] = True
+        cut_walls = wide & np.where(on_curve, np.append(cut_breaks, False)[walls.curve], cut_walls)
+
+        counts, wall_counts = np.where(cut_breaks, CUT, 1), np.where(cut_walls, CUT, 1)
+        begins, h = np.cumsum(counts) - counts, old.h[cut_breaks] / CUT
+        made = break_cells(half, (old.t[cut_breaks, None] + h[:, None] * pieces).ravel(), np.repeat(h, CUT))
+        # The outer ends of the curve stay where they were, so that the cells of walls still cover what they did.
+        curve = np.concatenate(
+            [old.f[cut_breaks, :1], made.f[:, 0].reshape(-1, CUT)[:, 1:], old.f[cut_breaks, 1:]], axis=1
+        )
+        curve = np.maximum.accumulate(np.minimum(curve, curve[:, -1:]), axis=1)
+        f = np.stack([curve[:, :-1].ravel(), curve[:, 1:].ravel()], axis=1)
+        made = made._replace(f=f, sag=made.sag + np.maximum(f - made.f, 0.0).max(axis=1, initial=0.0))
+        breaks = BreakCells(*(np.repeat(values, counts, axis=0) for values in old))
+        for values, new in zip(breaks, made, strict=True):
+            values[np.repeat(cut_breaks, counts)] = new
+
+        knots, both = np.linspace(walls.ends[:, 0], walls.ends[:, 1], CUT + 1, axis=1), on_curve & cut_walls
+        knots[both] = curve[(np.cumsum(cut_breaks) - 1)[walls.curve[both]]]
+        is_new, ends = np.repeat(cut_walls, wall_counts), np.repeat(walls.ends, wall_counts, axis=0)
+        ends[is_new] = np.stack([knots[cut_walls, :-1].ravel(), knots[cut_walls, 1:].ravel()], axis=1)
+        number = np.repeat(np.where(on_curve, begins[walls.curve], -1), wall_counts)
+        number[is_new] += np.where(number[is_new] >= 0, np.tile(pieces, np.count_nonzero(cut_walls)), 0)
+        kept = (ends[:, 1] > ends[:, 0]) | ~is_new
+        return replace(
+            self, breaks=breaks, walls=WallCells(ends[kept], number[kept]),
+            open_breaks=np.repeat(self.open_breaks, counts, axis=1) & _undominated(breaks),
+            open_walls=np.repeat(self.open_walls, wall_counts, axis=1)[:, kept],
+        ).compacted()  # fmt: skip
+
+    def lattice(self, half: Half) -> Lattice:
+        """Return the lattice of the cells' ends."""
+        cells, walls, limited = self.breaks, self.walls, half.sums is not None
+        t = np.stack([cells.t, np.minimum(cells.t + cells.h, 1.0)], axis=1).ravel()
+        least = np.where(np.isinf(cells.sag)[:, None], cells.f[:, :1], cells.f).ravel()
+        most, least_last = np.full(t.size, np.inf), float(half.lower_bound(np.ones(1))[0])
+        for place, wall in self.above:
+            least, least_last = np.where(t > place, np.maximum(least, wall), least), max(least_last, wall)
+        for place, wall in self.below:
+            most = np.where(t < place, np.minimum(most, wall), most)
+        (f, g), depth = np.zeros((2, walls.ends.size)), np.zeros_like(walls.ends)
+        b_last, s_last = half.sums.integrals(np.ones(1))[:, 0].tolist() if limited else (0.0, 0.0)
+        if limited:
+            (f, g), depth = lines_below(walls.ends, self.most, _concave_from(half), half.program.law)
+        b, s = np.ascontiguousarray((cells.sums - cells.depth[:, :, None]).swapaxes(0, 1)).reshape(2, -1)
+        return Lattice(
+            t, b, s, least, most, cells.sag, cells.depth, walls.ends.ravel(), f, g, walls.curve, depth,
+            self.open_breaks, self.open_walls, b_last, s_last, least_last,
+            min((wall for _, wall in self.below), default=math.inf),
+        )  # fmt: skip
+
+
+def all_steps(half: Half, steps: int, thickest: float) -> Part:
+    """Return the cells for all steps; ``thickest``: the greatest wall of a feasible bushing."""
+    edges = half.edges(_BREAK_CELLS)
+    cells, low = break_cells(half, edges[:-1], np.diff(edges)), float(half.lower_bound(np.ones(1))[0])
+    # From cell to cell f may jump, and otherwise differs only by rounding.
+    after = np.append(cells.f[1:, 0], low)
+    near = after - cells.f[:, 1] <= 1e-9 * after
+    f = np.stack([cells.f[:, 0], np.where(near, after, cells.f[:, 1])], axis=1)
+    cells = cells._replace(f=f, sag=cells.sag + np.maximum(f[:, 1] - cells.f[:, 1], 0.0))
+    if half.sums is None:
+        most, knots = low, np.full(2, low)
+    elif half.program.variable.kappa < 0.0:
+        most, knots = math.inf, np.append(np.linspace(low, 1.0, _WALL_CELLS + 1), max(_concave_from(half), low))
+    else:
+        most = _ROOM * thickest
+        knots = np.append(np.linspace(low, most, _WALL_CELLS + 1), most)
+    knots = np.sort(knots)
+    rising, jumps = np.flatnonzero(f[:, 1] > f[:, 0]), np.flatnonzero(after > f[:, 1])
+    ends = np.concatenate(
+        [f[rising], np.stack([f[jumps, 1], after[jumps]], axis=1), np.stack([knots[:-1], knots[1:]], axis=1)]
+    )
+    curve = np.append(rising, np.full(len(ends) - rising.size, -1))
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    return Part(
+        cells, WallCells(ends[order], curve[order]), np.tile(_undominated(cells), (steps - 1, 1)),
+        np.ones((steps, len(ends)), dtype=bool), most, 0.0 if half.sums is None else 0.5,
+    ).compacted()  # fmt: skip
+
+
+def _concave_from(half: Half) -> float:
+    """Return the wall from which the flexibility in shear is concave."""
+    return inflection(half.program.scene.material.poisson) if half.program.variable.kappa < 0.0 else math.inf
+
+
+def _undominated(cells: BreakCells) -> Mask:
+    """Mark all cells but those in which every break point is dominated by a later position: the next one where f or the
+    deflection coefficients increase, or 1. The thinner step before it can extend that far with the same wall."""
+    return ~cells.constant | (cells.t + cells.h >= 1.0 - COINCIDENT)
+
+
+def snapped(value: float, ends: Array) -> float:
+    """Return the value, or the nearer end of the cell in which it lies."""
+    inside = np.flatnonzero((ends[::2] < value) & (value < ends[1::2]))
+    if not inside.size:
+        return value
+    low, high = ends[2 * inside[0] : 2 * inside[0] + 2].tolist()
+    return low if value - low < high - value else high

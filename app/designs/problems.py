@@ -26,6 +26,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         INVALID: "Some fields cannot be accepted; errors names each by its pointer and says what is allowed.",
         "Not JSON": "The body is not sent as application/json.",
         "The request is too large": "The body has more bytes than the service takes.",
+        "The request is compressed": "The body was sent with a Content-Encoding; bodies are taken uncompressed only.",
         "The idempotency key is taken": "The same key came with another request before: take a new one.",
         "No such kind": "There is no such kind of design, or it has no such mode; detail lists those there are.",
         "No such run": "No run has this id.",

@@ -38,6 +38,8 @@ a new tolerance above ``_MIN_REDUCTION`` times the previous one is not worth its
 _MAX_TOLERANCE = 1e-2
 _NO_DIGITS = 1.0
 """Error of a check with corrections from which on some result has no correct digit."""
+_JAMMED = 1e100
+"""Tension [N] beyond which the axial force has no equilibrium with friction."""
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
 
@@ -95,8 +97,8 @@ def check(
 
     ``accuracy`` is the requested relative numerical accuracy of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
     criterion, by default Serensen's; ``demands`` are the effects that limits require.
-    Raises InvalidInput for an invalid request, and for a speed too high or pressures that change too quickly for any
-    digit of the stresses to be found, EffectConflict for an excluded effect that is required.
+    Raises InvalidInput for an invalid request, for a piston that jams, and for a speed too high or pressures that
+    change too quickly for any digit of the stresses to be found, EffectConflict for an excluded effect that is required.
     """
     require_accuracy(accuracy)
     if dimensions.l > scene.mechanism.rod_length:
@@ -130,6 +132,10 @@ def check_chosen(
     criterion = criterion or serensen(cycle.scene.material)
     diagram, contact = criterion.diagram(), choice.has("friction")
     found = check_linear(cycle, diagram, contact, accuracy)
+    if found.tension > _JAMMED:
+        reason = "makes the piston jam: friction grows by more than the force that pulls the rod"
+        allowed = "less, or a longer skirt, a smaller clamp offset, or no effect friction_feedback"
+        raise InvalidInput("piston.friction_coefficient", reason, allowed)
     if found.is_stable and cycle.composition.corrections:
         found = _with_corrections(cycle, diagram, contact, accuracy, found)
     value = check_of(cycle, found, criterion, contact, choice.has("large_displacement"))

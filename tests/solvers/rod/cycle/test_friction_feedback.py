@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
+from solvers.errors import InvalidInput
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.state import LATERAL, MOMENT, ROWS, SIDE, fill_states, friction_corners, greatest_share
 from solvers.rod.load.axial_force import axial_force
@@ -222,3 +223,23 @@ def test_contact_switches_between_one_wall_and_both_at_the_corners(offset):
     assert found.size
     for angle in found:
         assert brentq(switched, angle - 1e-3, angle + 1e-3, xtol=1e-15) == pytest.approx(angle, abs=1e-11)
+
+
+@pytest.mark.parametrize("evaluate", ["check", "design"])
+def test_a_piston_that_jams_is_refused(evaluate):
+    """A taut strip pushes the piston sideways by P r sin(phi)/L, and the walls carry 6 e/Lp times as much: with
+    mu = 1 and the clamp far outside of the skirt friction grows by more than the force P itself."""
+    e, skirt = 4.0e-3, 3.0e-3
+    scene = replace(
+        PAPER,
+        mechanism=rod.Mechanism(crank_radius=0.9e-3, rod_length=2.8e-3, speed=4.0),
+        piston=rod.Piston(3e-3, skirt, reciprocating_mass=2.8, clamp_offset=e, friction_coefficient=1.0),
+    )
+    assert 0.9 / 2.8 * 6 * e / skirt > 2
+    with pytest.raises(InvalidInput) as refused:
+        if evaluate == "check":
+            rod.check(scene, rod.Dimensions(0.8, 0.2e-3, 2.8e-3))
+        else:
+            bounds = rod.Bounds((1e-3, 1.0), (1e-4, 5e-4), (1e-3, 2.8e-3))
+            rod.design(rod.RodProblem(scene, bounds, rod.Requirements(1.2, 1.5), rod.OBJECTIVES["mass"]))
+    assert refused.value.field == "piston.friction_coefficient"

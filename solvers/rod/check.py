@@ -97,8 +97,8 @@ def check(
 
     ``accuracy`` is the requested relative numerical accuracy of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
     criterion, by default Serensen's; ``demands`` are the effects that limits require.
-    Raises InvalidInput for an invalid request, for a piston that jams, and for a speed too high or pressures that
-    change too quickly for any digit of the stresses to be found, EffectConflict for an excluded effect that is required.
+    Raises InvalidInput for an invalid request, for a piston that jams, and for a speed too high, or pressures that
+    change too quickly, for any digit of the stresses to be found; EffectConflict for an excluded effect required.
     """
     require_accuracy(accuracy)
     if dimensions.l > scene.mechanism.rod_length:

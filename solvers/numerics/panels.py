@@ -271,7 +271,7 @@ def largest(f: Array) -> float:
 
 
 @reducing_kernel
-def _maximum_and_jump(f: Array, sign: float) -> tuple[float, float]:
+def maximum_and_jump(f: Array, sign: float) -> tuple[float, float]:
     """Maximum of sign f, and the largest difference between neighbouring points."""
     maximum, jump = sign * f[0], 0.0
     for j in range(1, f.size):
@@ -289,7 +289,7 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
     n = rule.points.size
     best, best_panel, x, error = -np.inf, 0, 0.0, 0.0
     for p in range(edges.size - 1):
-        maximum, jump = _maximum_and_jump(f[p * n : (p + 1) * n], sign)
+        maximum, jump = maximum_and_jump(f[p * n : (p + 1) * n], sign)
         if maximum > best:
             best, best_panel = maximum, p
     for j in range(n):
@@ -298,7 +298,7 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
     slope = np.empty(n)
     for p in range(edges.size - 1):
         g = f[p * n : (p + 1) * n]
-        maximum, jump = _maximum_and_jump(g, sign)
+        maximum, jump = maximum_and_jump(g, sign)
         if maximum + 0.5 * jump <= best:
             continue
         slopes_of(g, rule, slope)

@@ -24,7 +24,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import fusing_kernel
-from solvers.numerics.panels import Rule, greatest, panel_error, slopes_of
+from solvers.numerics.panels import Rule, greatest, maximum_and_jump, panel_error, slopes_of
 from solvers.numerics.ripple import KINDS, TURN, Ripple, element_at, modes_at, tabulate
 
 _MARGIN = 1.2
@@ -155,16 +155,15 @@ def greatest_with_ripple(
     # start with the panel of the smooth part's maximum: a good value excludes most others
     first = min(max(np.searchsorted(edges, where, side="right"), 1), edges.size - 1) - 1
     smooth_angle, best_panel, tabulated = where, first, -1
-    best -= total_bound.max()
+    greatest_bound = total_bound.max()
+    best -= greatest_bound
     for order in range(edges.size - 1):
         panel = first if order == 0 else order - 1 if order <= first else order
-        g, middle, half = f[panel * n : (panel + 1) * n], 0.5 * (edges[panel] + edges[panel + 1]), 0.0
-        half = 0.5 * (edges[panel + 1] - edges[panel])
-        highest, jump = -np.inf, 0.0
-        for j in range(n):
-            highest = max(highest, sign * g[j])
-            if j > 0:
-                jump = max(jump, abs(g[j] - g[j - 1]))
+        g = f[panel * n : (panel + 1) * n]
+        highest, jump = maximum_and_jump(g, sign)
+        if highest + 0.5 * jump + greatest_bound <= best + enough:
+            continue
+        middle, half = 0.5 * (edges[panel] + edges[panel + 1]), 0.5 * (edges[panel + 1] - edges[panel])
         has_bounds, begin, offset = False, edges[panel], max(_RELATIVE_OFFSET * half, _LEAST_OFFSET)
         while begin < edges[panel + 1] - offset:
             # the part of the panel within one element

@@ -128,19 +128,25 @@ def extremes_at(
     ``tolerance`` is relative to the maximum magnitude of the layer. ``work`` has shape (3, n), ``out`` (3, 4).
     """
     section_layers(field, z, work)
+    parts, bounds = np.empty(0), np.empty((0, 0))
     for layer in range(first, last):
         target = tolerance * largest(work[layer])
-        for side in range(2):
-            sign = 1.0 - 2.0 * side
-            if ringing is None:
-                value, error, _ = greatest(field.edges, field.rule, work[layer], sign, target)
+        if ringing is not None:
+            if layer == LOWER and first == UPPER:
+                # The other fibre's bending stress is the opposite, with the same bounds.
+                parts = -parts
             else:
                 series = ringing.deflection_series if layer == DEFLECTION else ringing.curvature_series
                 parts = _parts_at(series, 2.0 * z / field.strip.length - 1.0)
                 if layer != DEFLECTION:
                     parts *= field.strip.bending if layer == UPPER else -field.strip.bending
+                bounds = amplitude_bounds(ringing.ripple, parts)
+        for side in range(2):
+            sign = 1.0 - 2.0 * side
+            if ringing is None:
+                value, error, _ = greatest(field.edges, field.rule, work[layer], sign, target)
+            else:
                 value, error, _ = greatest_with_ripple(
-                    field.edges, field.rule, work[layer], sign, target, ringing.ripple, parts,
-                    amplitude_bounds(ringing.ripple, parts),
-                )  # fmt: skip
+                    field.edges, field.rule, work[layer], sign, target, ringing.ripple, parts, bounds
+                )
             out[layer, 2 * side], out[layer, 2 * side + 1] = sign * value, error

@@ -19,7 +19,7 @@ from solvers.rod.cycle.field_results import field_results
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import Guide, friction_power, relative
 from solvers.rod.cycle.peaks_along_strip import FEW_STATIONS, STATIONS
-from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
+from solvers.rod.cycle.sampling import RESOLVED_ROWS, ROUNDING, first_edges, rule_for, sample
 from solvers.rod.cycle.section import field_of
 from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip, least_critical_force, with_models
 from solvers.rod.load.axial_force import Drive
@@ -79,8 +79,8 @@ _FREQUENCY, _FIELD, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = map(
 FIELD_COLUMNS = Results._fields[_FIELD:_POWER]
 """Those columns that ``field_results`` writes, in its order."""
 
-SAMPLING_FRACTION = 0.1
-"""Sampling tolerance as a fraction of the accuracy."""
+SAMPLING_FRACTION, _FORCE_FRACTION = 0.1, 0.5
+"""Sampling tolerances as fractions of the accuracy: of a shape, whose stresses are differences, and of forces alone."""
 REFINEMENTS = 4
 _LOW_ACCURACY, _FEW_STATIONS_ACCURACY = 1e-4, 1e-2
 _ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
@@ -110,8 +110,10 @@ def _check(
     stations: int, contact: bool, has_shape: bool, accuracy: float, modes: Polynomials, out: Array,
 ) -> None:  # fmt: skip
     """Kernel of ``check_linear``: write the results to ``out``."""
-    critical, tolerance = least_critical_force(strip), SAMPLING_FRACTION * accuracy
-    edges, states = sample(drive, strip, critical, first_edges(drive, strip, sharp), rule, tolerance)
+    critical = least_critical_force(strip)
+    # A shape with corrections is sampled together with them; here only its forces are needed.
+    rows, tolerance = (RESOLVED_ROWS, SAMPLING_FRACTION * accuracy) if has_shape else (1, _FORCE_FRACTION * accuracy)
+    edges, states = sample(drive, strip, critical, first_edges(drive, strip, sharp), rule, tolerance, rows)
     compression, tension, compression_error, tension_error = np.inf, 0.0, 0.0, 0.0
     if edges.size > 0:
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
@@ -120,7 +122,7 @@ def _check(
     if not is_stable:
         # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
         unbent = with_models(strip, 0.0, 0.0, 0.0)
-        edges, states = sample(drive, unbent, np.inf, first_edges(drive, unbent, sharp), rule, tolerance)
+        edges, states = sample(drive, unbent, np.inf, first_edges(drive, unbent, sharp), rule, tolerance, RESOLVED_ROWS)
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
         if compression < critical:
             compression = critical / carried_share(drive, strip, critical, states[ANGLE])
@@ -147,7 +149,7 @@ def _check(
                 break
             # Small differences of large quantities need a finer discretisation.
             tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
-            edges, states = sample(drive, strip, critical, edges, rule, tolerance)
+            edges, states = sample(drive, strip, critical, edges, rule, tolerance, rows)
         error = max(error, found)
     if is_stable and compression > 0.0:
         # Near buckling rounding errors of load and strip are amplified in the stresses.

@@ -99,10 +99,11 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
 
 @kernel
 def sample(
-    drive: Drive, strip: Strip, critical: float, initial: Array, rule: Rule, tolerance: float
+    drive: Drive, strip: Strip, critical: float, initial: Array, rule: Rule, tolerance: float, resolved_count: int
 ) -> tuple[Array, Array]:
-    """Return the edges of panels that resolve the revolution to ``tolerance`` relative to the maximum of every
-    quantity, at most ``MAX_PANELS``, refined from edges ``initial``; and the states at their points.
+    """Return the edges of panels that resolve the revolution to ``tolerance`` relative to the maximum of the first
+    ``resolved_count`` of ``resolved_rows``, at most ``MAX_PANELS``, refined from edges ``initial``; and the states at
+    their points.
 
     No edges are returned if the strip buckles at one of the sampled points. Close to P_cr = ``critical`` [N] rounding
     errors are amplified by 1/(1 - P/P_cr), in the forces as well with friction; smaller errors cannot be resolved.
@@ -124,7 +125,7 @@ def sample(
         if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:
             least, rows = min(least, states[FORCE].min()), resolved_rows(states)
             rounding = ROUNDING / max(1.0 + least / critical, ROUNDING)
-            for row in range(rows.shape[0]):
+            for row in range(resolved_count):
                 resolvable = max(tolerance, rounding if row > 0 or strip.friction != 0.0 else ROUNDING)
                 bisect = bisect or panel_error(rows[row], rule) > resolvable * max(scale[row], 1e-300)
         if bisect:

@@ -9,12 +9,16 @@ import math
 import numpy as np
 import pytest
 
+from bench import rod_tables
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import goodman, serensen
+from solvers.rod.cycle.composition import Composition, Cycle
+from solvers.rod.linear_check import check_linear
 from solvers.rod.load.axial_force import axial_forces, drive_of
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
+from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.brute_force import CoreModel, greatest
 from tests.solvers.rod.machines import CORE, PAPER, STRIP, random_machine
 
@@ -355,3 +359,21 @@ def test_a_clamp_far_from_the_skirt_under_automatic_effects(offset):
     """Friction then multiplies the axial force: in the estimate of influences an integer once overflowed."""
     scene = dataclasses.replace(PAPER, piston=dataclasses.replace(PAPER.piston, clamp_offset=offset))
     assert rod.check(scene, rod.Dimensions(9e-3, 0.46e-3, 23e-3)).accuracy.met
+
+
+def test_beside_corrections_only_the_force_is_sampled():
+    """Under noisy pressures with friction feedback, to the accuracy; stresses are sampled with the corrections."""
+    problem = rod_tables.problem(8)
+    strip = rod.Dimensions(*((low * high) ** 0.5 for low, high in dataclasses.astuple(problem.bounds)))
+    parts = Composition(moves=True, couples=True, feedback=True)
+    plain, corrected = (
+        Cycle(problem.scene, strip, dataclasses.replace(parts, corrections=corrections), 1e-6)
+        for corrections in ((), (RodInertia(),))
+    )
+    diagram, accuracy = serensen(problem.scene.material).diagram(), 1e-5
+    whole, forces = (check_linear(cycle, diagram, False, accuracy) for cycle in (plain, corrected))
+    force = plain.axial_force(np.linspace(0.0, 2.0 * math.pi, 200_000))
+    assert forces.angles < 0.6 * whole.angles
+    assert forces.error <= accuracy
+    assert forces.compression == pytest.approx(-force.min(), rel=accuracy)
+    assert forces.tension == pytest.approx(max(force.max(), 0.0), rel=accuracy)

@@ -121,10 +121,11 @@ def tolerance_of(accuracy: float) -> float:
 
 
 def check_chosen(
-    cycle: Cycle, choice: Choice[RodEffect], accuracy: float, criterion: FatigueCriterion | None = None
-) -> Outcome[RodCheck]:
+    cycle: Cycle, choice: Choice[RodEffect], accuracy: float, criterion: FatigueCriterion | None = None,
+    power: bool = True,
+) -> Outcome[RodCheck]:  # fmt: skip
     """``check`` with effects already chosen, for a cycle composed of them with the tolerance
-    ``tolerance_of(accuracy)``.
+    ``tolerance_of(accuracy)``; with corrections and without ``power`` the friction power is None.
 
     The corrections are prepared in that cycle, so the caller can reuse them.
     """
@@ -137,7 +138,7 @@ def check_chosen(
         allowed = "less, or a longer skirt, a smaller clamp offset, or no effect friction_feedback"
         raise InvalidInput("piston.friction_coefficient", reason, allowed)
     if found.is_stable and cycle.composition.corrections:
-        found = _with_corrections(cycle, diagram, contact, accuracy, found)
+        found = _with_corrections(cycle, diagram, contact, contact and power, accuracy, found)
     value = check_of(cycle, found, criterion, contact, choice.has("large_displacement"))
     settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
     return Outcome(
@@ -169,7 +170,7 @@ def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact:
             contact_pressure_max=found.contact_load * pressure_per_load(piston.diameter, piston.skirt_length)
             if contact
             else None,
-            friction_power=found.power if contact else None,
+            friction_power=None if math.isnan(found.power) else found.power,
         )
     return RodCheck(
         dimensions=dimensions,
@@ -186,7 +187,9 @@ def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact:
     )
 
 
-def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float, found: Results) -> Results:
+def _with_corrections(
+    cycle: Cycle, diagram: Diagram, contact: bool, with_power: bool, accuracy: float, found: Results
+) -> Results:
     """Results of a strip with corrections, starting from the results ``found`` without them.
 
     Small differences of large quantities, such as an amplitude beside a large mean, need a finer discretisation.
@@ -198,7 +201,7 @@ def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: f
         used_tolerance = max(tolerance, min(0.1 * cycle.refinement_error, _MAX_TOLERANCE))
         sampled = SampledCycle.of(cycle, used_tolerance, accuracy, panels)
         panels = sampled.panels
-        power, error = sampled.evaluate(diagram, stations, contact, out)
+        power, error = sampled.evaluate(diagram, stations, contact, with_power, out)
         correction_error = cycle.refinement_error
         if contact and correction_error:
             correction_error = max(correction_error, _guide_error(cycle, *out[STRIP_RESULTS:].tolist(), power))
@@ -225,8 +228,8 @@ def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: f
 
 
 def _guide_error(cycle: Cycle, side: float, moment: float, load: float, power: float) -> float:
-    """Relative error of contact load [N] and friction power [W] due to the corrections' errors, which are relative to
-    the maximum side force [N] and clamp moment [N m]."""
+    """Relative error of contact load [N] and friction power [W], nan if not wanted, due to the corrections' errors,
+    which are relative to the maximum side force [N] and clamp moment [N m]."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
     # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes per revolution.
@@ -234,7 +237,7 @@ def _guide_error(cycle: Cycle, side: float, moment: float, load: float, power: f
     mean *= mechanism.speed
     return max(
         cycle.refinement_error * contact_load(side, couple) / load if load else 0.0,
-        cycle.lasting_error * mean / power if power else 0.0,
+        cycle.lasting_error * mean / power if power > 0.0 else 0.0,
     )
 
 

@@ -65,15 +65,15 @@ class SampledCycle:
         field = field_of(*panels, strip, states, *np.split(series, 2), sampler.inclined)
         return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], sampler.ringing)
 
-    def evaluate(self, diagram: Diagram, stations: int, contact: bool, out: Array) -> tuple[float, float]:
-        """Write the results for a fatigue diagram to ``out`` (FIELD_RESULTS,); return the friction power [W], nan
-        without contact, and the maximum relative error."""
+    def evaluate(self, diagram: Diagram, stations: int, contact: bool, power: bool, out: Array) -> tuple[float, float]:
+        """Write the results for a fatigue diagram to ``out`` (FIELD_RESULTS,), the contact load only with ``contact``;
+        return the friction power [W], nan without ``power``, and the maximum relative error."""
         guide, tolerance = self.guide(), self.tolerance
         error = field_results(self.field, self.ringing, guide, contact, *diagram, tolerance, stations, out)
-        if not contact:
+        if not power:
             return np.nan, error
-        power, missed = self.friction_power()
-        return power, max(error, missed)
+        found, missed = self.friction_power()
+        return found, max(error, missed)
 
     def guide(self) -> Guide:
         """The guide with its loads except ringing."""

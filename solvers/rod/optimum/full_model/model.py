@@ -95,6 +95,7 @@ class FullModel:
     fidelity        how finely corrections are resolved
     stencil_model   a less accurate model whose strips supply the differences of corrections between strips, if any:
                     differences between strips of one discretisation are equally accurate
+    power           whether checks include the friction power
     watch           is called before each strip and check and may raise OutOfTime
     """
 
@@ -109,6 +110,7 @@ class FullModel:
     watch: Callable[[], None] = no_watch
     fidelity: Fidelity = EXPLORATORY
     stencil_model: FullModel | None = None
+    power: bool = True
     strip_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
@@ -148,10 +150,11 @@ class FullModel:
 
     def coarser(self, accuracy: float) -> FullModel:
         """This model at a lower accuracy, with its own checks. They omit contact and friction power if these are not
-        required: resolving them takes twice the time of the rest."""
+        required: resolving them takes twice the time of the rest, the power alone a third of it."""
         needs_contact, chosen = self.required.reactions or self.required.power, self.effects
         effects = chosen if needs_contact else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        coarse = replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects)
+        rough = self.at_accuracy(max(self.accuracy, accuracy))
+        coarse = replace(rough, effects=effects, power=self.required.power)
         return replace(coarse, composition=self._adiabatic) if self.is_excited_by_corners else coarse
 
     @property
@@ -224,7 +227,7 @@ class FullModel:
         known = self._strips.get(d)
         is_resolved = known is not None and known.cycle.tolerance <= tolerance_of(check_accuracy)
         cycle = known.cycle if is_resolved else self._resolved_cycle(d, tolerance_of(check_accuracy))
-        found = check_chosen(cycle, choice, check_accuracy, self.criterion)
+        found = check_chosen(cycle, choice, check_accuracy, self.criterion, self.power)
         if cycle.tolerance <= self._tolerance:
             self._keep(FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:

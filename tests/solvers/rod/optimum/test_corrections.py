@@ -92,6 +92,20 @@ def test_differences_are_as_good_at_a_rough_resolution(rows):
     assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact - rows.uncorrected_jacobian(base)[parts]))
 
 
+def test_rough_checks_leave_out_a_friction_power_that_is_not_required(rows):
+    """It takes a third of a check under measured pressures; the contact pressure stays."""
+    model, d = rows.model, rows.base
+    for required in (model.required._replace(reactions=True), model.required._replace(reactions=True, power=True)):
+        full, rough = (each.check(d).value.stresses for each in (
+            replace(model, required=required).at_accuracy(1e-4), replace(model, required=required).coarser(1e-4)
+        ))  # fmt: skip
+        assert rough.contact_pressure_max == pytest.approx(full.contact_pressure_max, rel=1e-4)
+        if required.power:
+            assert rough.friction_power == pytest.approx(full.friction_power, rel=1e-4)
+        else:
+            assert rough.friction_power is None and full.friction_power > 0.0
+
+
 def test_a_strip_that_buckles_has_the_rows_of_buckling(rows):
     base = logarithms(rows.base)
     assert rows.uncorrected_values(base - np.array([0.0, 0.6, 0.0]))[UTILISATION] == BUCKLED

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,16 +12,18 @@ from solvers.numerics.panels import split
 from solvers.numerics.radau import radau
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Cycle
+from solvers.rod.cycle.state import FORCE
 from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation
 from solvers.rod.vibration.motion import Motion
-from solvers.rod.vibration.resolution import POLYNOMIAL_COUNTS
 from solvers.rod.vibration.steady_response import RodInertia, SteadyVibration
 
 _RULE = radau(5)
 """Rule for elements over which the first mode turns by at most ``_STEP`` [rad]."""
 _STEP = 2.5
+_POLYNOMIALS = 7
+"""Number of polynomials along the strip; with more the error stays the same, with 5 it is four times as large."""
 _NARROWEST = 1e-5
 """Width of elements [rad] below which derivatives of polynomials on them lose too many digits."""
 _MOST_ELEMENTS = 1000
@@ -47,13 +50,14 @@ class AdiabaticRodInertia(RodInertia):
 def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration | None:
     """The vibration, at the resolution of a neighbouring strip's motion if one is given; None where the method is not
     valid, or slow."""
-    excitation = Excitation.of(cycle, 0.1 * cycle.tolerance, _RULE)
+    excitation = Excitation.of(cycle, math.inf, _RULE)
     is_valid = excitation.corners.size > FEW_CORNERS and not excitation.jumps.size
     if not is_valid or np.min(np.diff(excitation.edges)) < _NARROWEST:
         return None
     strip, loss = excitation.strip, cycle.scene.material.loss_factor
-    equation = StripEquation.of(strip, excitation.inertia, excitation.mean, POLYNOMIAL_COUNTS[0], loss)
-    frequency = equation.frequency_of(1, strip.couples * excitation.smoothness.greatest - equation.mean)
+    equation = StripEquation.of(strip, excitation.inertia, excitation.mean, _POLYNOMIALS, loss)
+    greatest = excitation.states[FORCE].reshape(-1, _RULE.points.size).max(axis=1)
+    frequency = equation.frequency_of(1, strip.couples * greatest - equation.mean)
     edges = split(excitation.edges, _STEP / frequency)
     if resolved is None and edges.size > _MOST_ELEMENTS:
         return None

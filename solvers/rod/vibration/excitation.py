@@ -80,12 +80,12 @@ class Excitation:
     @staticmethod
     def of(cycle: Cycle, tolerance: float, rule: Radau = RULE) -> Excitation:
         """The excitation in a cycle, on elements that resolve forces and moment to ``tolerance``, relative to the
-        greatest of each."""
+        greatest of each; with an infinite one on the intervals between corners."""
         strip, drive, jumps = cycle.strip, cycle.drive, cycle.scene.load.jumps()
         corners, anchors = _anchors(cycle)
         if drive.curve.breaks.size and not corners.size:
             tolerance = max(tolerance, 1e-6)
-        if corners.size >= MANY:
+        if corners.size >= MANY or math.isinf(tolerance):
             edges = split(anchors, _WIDEST)
         else:
             edges = _resolving_edges(drive, strip, jumps, anchors, rule_of(rule.points.size), tolerance)

@@ -93,6 +93,14 @@ def test_motions_and_their_changes_are_the_exact_ones_to_some_percent(seed):
         assert np.abs(found_change - change).max() < 0.1 * np.abs(change).max()
 
 
+def test_the_force_is_taken_between_corners():
+    """Of 72 measured pressures, where resolving the forces would take twice as many elements."""
+    cycle = cycle_of(AdiabaticRodInertia(), rod_tables.problem(24).scene, rod.Dimensions(5.9e-3, 0.24e-3, 9.2e-3))
+    excitation = cycle.refinements[0].excitation
+    assert np.array_equal(excitation.edges, excitation.anchors)
+    assert Excitation.of(cycle, 3e-6, excitation.rule).edges.size > 2 * excitation.edges.size
+
+
 def test_where_the_method_is_not_valid_motions_are_exact():
     """Few corners; two points of a table next to each other; and a strip so stiff that exact motions are quicker."""
     few, table = replace(PAPER, material=DAMPED), tabulated(MANY, 0.0)

@@ -15,6 +15,11 @@ def grid(samples: int, offset: float = 0.0) -> NDArray[np.float64]:
     return (np.arange(samples) + offset) * (TURN / samples)
 
 
+def distance(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Distances [rad] between angles modulo one revolution, elementwise."""
+    return np.abs(np.mod(one - other + 0.5 * TURN, TURN) - 0.5 * TURN)
+
+
 def distances(angles: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distances [rad] between angles modulo one revolution, (angles, others)."""
-    return np.abs(np.mod(angles[:, None] - others + 0.5 * TURN, TURN) - 0.5 * TURN)
+    return distance(angles[:, None], others)

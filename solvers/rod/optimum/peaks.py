@@ -179,7 +179,9 @@ def distance_to_corners(angles: Array, corners: Array) -> Array:
     """Distance of angles from the nearest corner [rad], modulo a revolution; inf without corners."""
     if not corners.size:
         return np.full(angles.size, np.inf)
-    return periodic.distances(angles, corners).min(axis=1)
+    ordered = np.sort(np.mod(corners, periodic.TURN))
+    after = np.searchsorted(ordered, np.mod(angles, periodic.TURN)) % ordered.size
+    return np.min([periodic.distance(angles, ordered[after - 1]), periodic.distance(angles, ordered[after])], axis=0)
 
 
 def _grid_search(rows: Callable[[Array], Array], row: Index, peaks: Array, step: float) -> Array:

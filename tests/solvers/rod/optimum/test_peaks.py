@@ -12,7 +12,7 @@ from solvers import rod
 from solvers.fatigue import serensen
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.peak_positions import severities_along
-from solvers.rod.optimum.peaks import RequiredResults
+from solvers.rod.optimum.peaks import RequiredResults, distance_to_corners
 from solvers.rod.rows import SIDE, STRESS, UTILISATION
 from solvers.rod.scene import Dimensions
 from tests.solvers.rod.machines import PAPER
@@ -92,3 +92,11 @@ def test_a_peak_right_beside_the_head_is_located(strip):
     beside_head = sections[utilisation.argmax()]
     assert 0.001 < beside_head < 0.04
     assert np.min(np.abs(peaks.sections - beside_head)) < 2e-5
+
+
+def test_the_nearest_corner_is_found_across_the_ends_of_a_revolution():
+    """Corners in any order, also beyond a revolution."""
+    turn, angles, corners = 2.0 * np.pi, np.linspace(-3.0, 9.0, 200), np.array([6.2, 0.3, 2.0, 7.1, -1.0])
+    expected = [min(abs(a - c - k * turn) for c in corners for k in range(-3, 4)) for a in angles]
+    assert distance_to_corners(angles, corners) == pytest.approx(expected, abs=1e-12)
+    assert np.isinf(distance_to_corners(angles, np.empty(0))).all()

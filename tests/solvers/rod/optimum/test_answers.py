@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
+from importlib import import_module
 from itertools import pairwise
 
 import numpy as np
@@ -14,10 +14,12 @@ from solvers import rod
 from solvers.outcome import EffectState, Status
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
+from solvers.rod.optimum.search.context import Context
 from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of
 
+_Design = import_module("solvers.rod.design")._Design
 ANYTHING = rod.Requirements(1e-3, 1.0)
 
 
@@ -200,6 +202,40 @@ def test_no_other_gaps_are_searched_if_the_first_optimum_leaves_vibration_out(mo
     assert "friction_feedback" in active and "rod_inertia" not in active
 
 
+@pytest.fixture
+def designs(monkeypatch):
+    """The designs for missed requirements: the starts of the searches of each, and its best strip."""
+    made, running = [], []
+    design, search = _Design.attainable_best, Context.search_from
+
+    def recorded_design(self, *given):
+        running.append([])
+        best = design(self, *given)
+        made.append((running.pop(), best))
+        return best
+
+    def recorded_search(self, start, *given, **named):
+        if running:
+            running[-1].append(start)
+        return search(self, start, *given, **named)
+
+    monkeypatch.setattr(_Design, "attainable_best", recorded_design)
+    monkeypatch.setattr(Context, "search_from", recorded_search)
+    return made
+
+
+def test_a_requirement_that_the_core_s_best_strip_meets_is_not_designed_for_alone(designs):
+    """Each of two that clash is designed for beside the other, with all sizes discrete."""
+    assert len(rod.design(realistic(1192)).diagnosis) == 2
+    assert len(designs) == 2
+
+
+def test_a_design_starts_at_the_strip_of_another_that_nearly_meets_its_requirements(designs):
+    rod.design(realistic(2380))
+    (_, first), *others = designs
+    assert any(first.check.dimensions in starts for starts, _ in others)
+
+
 @pytest.mark.parametrize(
     ("seed", "within"),
     [(35, 1e-6), (358, 2e-2), (356, 1e-6), (47, 0.1), (68, 0.1)],
@@ -325,7 +361,7 @@ def test_that_others_conflict_too_is_said_where_relaxing_one_does_not_suffice():
         assert feasible == ("relaxing this one does not suffice" not in entry.advice)
 
 
-def test_a_requirement_that_the_core_s_best_strip_meets_is_not_designed_for_alone(monkeypatch):
+def test_what_the_core_s_best_strips_meet_beside_the_others_is_not_called_out_of_reach(monkeypatch):
     """The core meets none of three requirements alone, the full model two; a design takes 1 s to find that."""
     designed = []
     of = RequirementsAsObjectives.best
@@ -343,13 +379,12 @@ def test_a_requirement_that_the_core_s_best_strip_meets_is_not_designed_for_alon
 
 def test_no_problem_within_a_design_is_designed_for_twice(monkeypatch):
     """Designs for the same requirement begin with other effects here, and end with their own."""
-    module = sys.modules[rod.design.__module__]
-    solved, of = [], module._Design.attainable_best
+    solved, of = [], _Design.attainable_best
 
     def attainable_best(self, effects, problem):
         solved.append((problem.objective.name, problem.requirements))
         return of(self, effects, problem)
 
-    monkeypatch.setattr(module._Design, "attainable_best", attainable_best)
+    monkeypatch.setattr(_Design, "attainable_best", attainable_best)
     rod.design(realistic(305))
     assert len(solved) == len(set(solved))

@@ -10,10 +10,10 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Outcome
 from solvers.rod.constraints import BY_NAME
-from solvers.rod.optimum.answer.answers import RodDesign
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
+from solvers.rod.optimum.answer.result import RodDesign, SearchResult
 from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
-from solvers.rod.optimum.strip_search import CoreOptimum, SearchResult, StripSearch, beyond_core
+from solvers.rod.optimum.strip_search import CoreOptimum, StripSearch, beyond_core
 from solvers.rod.problem import Requirements, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import Watch, in_time, no_watch
@@ -198,4 +198,4 @@ class _Design:
             return None
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
+        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents, result)

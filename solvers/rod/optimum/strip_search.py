@@ -17,8 +17,9 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, choose_for, compose
-from solvers.rod.optimum.answer.answers import Answers, RodDesign
+from solvers.rod.optimum.answer.answers import Answers
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
+from solvers.rod.optimum.answer.result import RodDesign, SearchResult
 from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
 from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.model import FullModel
@@ -32,6 +33,7 @@ from solvers.rod.optimum.search.feasibility import least_violating, least_violat
 from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
 from solvers.rod.optimum.search.optimality import first_order_conditions
 from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.optimum.search.other_gaps import optimum_near
 from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import RodProblem
@@ -77,21 +79,11 @@ class CoreOptimum:
         return replace(self, excess=0.0, strip=strip)
 
 
-@dataclass(frozen=True)
-class SearchResult:
-    """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
-    the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required. An incomplete search ended early, at a strip that does not call for all effects."""
+class AnsweredByOther(Exception):
+    """The optimum without the limit on its objective meets this limit, too."""
 
-    chosen: frozenset[str]
-    strip: Dimensions
-    excess: float
-    compose_answer: Callable[[], Outcome[RodDesign]]
-    complete: bool = True
-
-    @property
-    def feasible(self) -> bool:
-        return self.excess <= 0.0
+    def __init__(self, result: SearchResult) -> None:
+        self.result = result
 
 
 @dataclass
@@ -160,6 +152,8 @@ class StripSearch:
             optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
         except SurplusEffects:
             optimum, complete = context.best_so_far(), False
+        except AnsweredByOther as other:
+            return other.result
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions
             compose = partial(self._answer, context, core.proof, beyond, optimum)
@@ -241,23 +235,27 @@ class StripSearch:
         clearly_infeasible: bool,
     ) -> Optimum | None:  # fmt: skip
         """The best strip on the full model found within the time."""
+        rings = context.model.has_resonances
         try:
+            if self.slack > 0.0 and rings:
+                return optimum_near(context, starts[0])
             optimum = None if excess > 0.0 else self._optimum_from(context, starts)
             if _is_feasible(optimum) or not math.isfinite(excess):
                 return optimum
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            if self.relaxes and self.is_nearly_met(nearest.at.excess):
+            if self.relaxes and not rings and self.is_nearly_met(nearest.at.excess):
                 return Optimum(nearest)
             ends = [] if nearest.feasible else [nearest]
-            for start in self._promising_strips(attainable, nearest, clearly_infeasible):
-                optimum = self._optimum_from(context, [start])
+            for start, has_room in self._promising_strips(attainable, nearest, clearly_infeasible):
+                optimum = self._optimum_from(context, [start]) if has_room or not rings else None
+                if rings and not _is_feasible(optimum):
+                    # At low accuracy a search does not find strips in the little room that limits may leave.
+                    optimum = optimum_near(context, start)
                 if _is_feasible(optimum):
                     return optimum
-                # At low accuracy a search does not find strips in the little room that limits may leave.
-                end = context.search_from(start, context.sizes.around(start))
-                ends += [] if end is None else [end]
+                ends += [] if optimum is None else [optimum.local]
             closest = min(ends, key=lambda end: end.at.excess, default=None)
             return optimum if closest is None else Optimum(closest)
         except OutOfTime:
@@ -266,20 +264,24 @@ class StripSearch:
 
     def _promising_strips(
         self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
-    ) -> Iterator[Dimensions]:
-        """Strips from which to search: the least violating one, if it is feasible, and the optimum of a requirement
-        that it violates, if that meets this requirement, too, to within its error.
+    ) -> Iterator[tuple[Dimensions, bool]]:
+        """Strips from which to search, and whether there may be others far from them: the least violating one, if it is
+        feasible, and the optimum of a requirement that it violates, if that meets this requirement, too, to within its
+        error. If it hardly does, no strip in another gap between resonances does.
 
         The violation may have a local minimum between any two resonances; a design searches all of them.
         """
         closest = nearest.at.outcome.value
         if nearest.feasible:
-            yield closest.dimensions
+            yield closest.dimensions, True
         # If it violates none, its sizes are not available, and any requirement will do.
         violated = attainable.first_violated(closest)
         best = None if violated is None else attainable.best(violated)
         if best is not None and attainable.may_be_met_by(best):
-            yield best.check.dimensions
+            if violated.result == self.problem.objective and self.problem.requirements.met_by(best.check):
+                raise AnsweredByOther(best.result)
+            stricter = self.problem.requirements.relaxed(-_MAX_MISSED * self.max_slack)
+            yield best.check.dimensions, violated.meets(best.check, getattr(stricter, violated.name))
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
             self.watch()

@@ -13,6 +13,7 @@ from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
 from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
+from solvers.rod.optimum.answer.result import RodDesign
 from solvers.rod.optimum.core.local_optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
@@ -25,20 +26,6 @@ from solvers.rod.scene import Dimensions
 
 _INFLUENCE_FRACTION = 0.1
 """Accuracy of attainable values on the core, as a fraction of the influence of effects beyond the core."""
-
-
-@dataclass(frozen=True)
-class RodDesign:
-    """The optimal strip, its check on the full model, and the active constraints.
-
-    ``error`` is the estimated relative error of the check; the outcome's accuracy also includes the distance from the
-    optimum.
-    """
-
-    check: RodCheck
-    objective: str
-    active: tuple[ActiveConstraint, ...]
-    error: float
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
+from solvers.rod.optimum.answer.result import SearchResult
 from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
 from solvers.rod.problem import RodProblem
 
@@ -19,11 +20,13 @@ _LOOSEST = {
 
 
 class AttainableBest(NamedTuple):
-    """A strip with the best attainable value of a result, its estimated relative error, and the active requirements."""
+    """A strip with the best attainable value of a result, its estimated relative error, the active requirements, and
+    the result of the search."""
 
     check: RodCheck
     error: float
     opponents: tuple[Constraint, ...]
+    result: SearchResult
 
 
 @dataclass

@@ -10,8 +10,10 @@ from collections.abc import Callable, Sequence
 
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Context
+from solvers.rod.optimum.search.feasibility import checked_without_model
 from solvers.rod.optimum.search.gaps import MAX_EXTRA_COST, Gaps
 from solvers.rod.optimum.search.local_search import TOTAL_GAIN_RATIO, LocalResult, is_among
+from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -77,6 +79,18 @@ def refined_best(
             if result.predicted_gain <= max(context.model.accuracy, context.task.min_gain) or strip == previous:
                 break
     return finer.best()
+
+
+def optimum_near(context: Context, strip: Dimensions) -> Optimum | None:
+    """The result of searches at full accuracy from a known strip alone, within its slice of discrete sizes."""
+    coarse, iterate = context.exploratory(strip), checked_without_model(context, strip)
+    if iterate is None:
+        return None
+    best = refined_best(context, [LocalResult(iterate, math.inf)], context.sizes.around)
+    if best is None:
+        return None
+    coarse.results.append(best)
+    return Optimum(best)
 
 
 def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) -> list[LocalResult]:

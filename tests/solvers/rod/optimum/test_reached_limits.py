@@ -10,6 +10,7 @@ from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import EffectState, Status
 from solvers.rod.constraints import CONSTRAINTS
+from solvers.rod.optimum.search import continuous_sizes
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE
 
@@ -47,6 +48,26 @@ def test_only_what_the_accuracy_does_not_resolve_is_given_way(beyond, found):
     least = safest.stresses.fatigue_safety * (1.0 + beyond)
     asked = replace(REFERENCE, requirements=replace(REFERENCE.requirements, min_fatigue_safety=least))
     assert (rod.design(asked, CORE).status is Status.SUCCEEDED) is found
+
+
+@pytest.mark.parametrize("seed", [2060, 2108], ids=["to rounding", "to within the accuracy"])
+def test_other_gaps_are_searched_once_where_a_safety_is_lowered_to_what_is_attainable(seed, monkeypatch):
+    """The design for the safety has searched all gaps between resonances: no other one leaves room for a strip."""
+    asked, gaps = realistic(seed), 0
+    (entry,) = rod.design(asked).diagnosis
+    search = continuous_sizes.search_other_gaps
+
+    def counted(*given):
+        nonlocal gaps
+        gaps += 1
+        return search(*given)
+
+    monkeypatch.setattr(continuous_sizes, "search_other_gaps", counted)
+    lowered = replace(asked.requirements, min_fatigue_safety=entry.attainable)
+    again = rod.design(replace(asked, requirements=lowered))
+    assert gaps == 1
+    assert again.accuracy.estimated < 1e-5
+    assert lowered.relaxed(ACCURACY).met_by(again.value.check)
 
 
 @pytest.mark.parametrize("sizes", ["all from below", "its length"])

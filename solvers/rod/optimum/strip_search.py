@@ -234,7 +234,10 @@ class StripSearch:
         self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
         clearly_infeasible: bool,
     ) -> Optimum | None:  # fmt: skip
-        """The best strip on the full model found within the time."""
+        """The best strip on the full model found within the time.
+
+        A strip that rings and meets relaxed requirements comes from a search over all gaps between resonances.
+        """
         rings = context.model.has_resonances
         try:
             if self.slack > 0.0 and rings:

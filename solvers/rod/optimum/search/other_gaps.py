@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.feasibility import checked_without_model
@@ -90,7 +91,8 @@ def optimum_near(context: Context, strip: Dimensions) -> Optimum | None:
     if best is None:
         return None
     coarse.results.append(best)
-    return Optimum(best)
+    ratio = math.exp(log_frequency_ratio(best.at.memory.active.base_cycle))
+    return Optimum(best, ratio_range=(ratio, ratio))
 
 
 def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) -> list[LocalResult]:

@@ -68,6 +68,7 @@ def test_other_gaps_are_searched_once_where_a_safety_is_lowered_to_what_is_attai
     assert gaps == 1
     assert again.accuracy.estimated < 1e-5
     assert lowered.relaxed(ACCURACY).met_by(again.value.check)
+    assert "another may be deeper" in again.certificate.evidence["optimality"]
 
 
 @pytest.mark.parametrize("sizes", ["all from below", "its length"])

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 from starlette.datastructures import MutableHeaders
 from starlette.middleware.gzip import GZipMiddleware
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.edge.asgi import header
+
+_REFUSED = re.compile(rb"\bgzip\s*;\s*q\s*=\s*0(\.0*)?\s*(,|$)", re.IGNORECASE)
+"""A client that names gzip to refuse it, which the library takes for its acceptance."""
 
 
 class Compression(GZipMiddleware):
@@ -20,7 +25,8 @@ class Compression(GZipMiddleware):
         super().__init__(app, minimum_size=1000, compresslevel=1)  # small responses are not worth it
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http" and header(scope, b"accept-encoding") is not None:
+        accepted = header(scope, b"accept-encoding") if scope["type"] == "http" else None
+        if accepted is not None and not _REFUSED.search(accepted):
             await super().__call__(scope, receive, _with_weak_tag(send))
         else:
             await self.app(scope, receive, send)

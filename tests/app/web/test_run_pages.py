@@ -310,6 +310,8 @@ def test_an_internal_error_is_a_page(client, monkeypatch):
 
 def test_text_is_compressed_and_the_icon_is_there(client, pins):
     assert client.get("/runs", headers={"accept-encoding": "gzip"}).headers["content-encoding"] == "gzip"
+    for refused in ("gzip;q=0", "br, GZIP; q=0.00, *;q=0"):
+        assert "content-encoding" not in client.get("/runs", headers={"accept-encoding": refused}).headers
     icon = client.get("/static/favicon.svg")
     assert icon.headers["content-type"] == "image/svg+xml"
     assert 'href="/static/favicon.svg"' in client.get("/").text

@@ -59,7 +59,9 @@ class Constraint:
         return self.result.log_cost_of(required, scene)
 
     def meets(self, check: RodCheck, required: float) -> bool:
-        """Whether a strip meets the requirement; an unloaded one does."""
+        """Whether a strip meets the requirement: a buckled one never does, an unloaded one always."""
+        if check.stresses is None:
+            return False
         value = self.result.read(check)
         return value is None or self.admits(value, required)
 

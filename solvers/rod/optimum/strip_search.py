@@ -28,6 +28,7 @@ from solvers.rod.optimum.search.context import Context, SurplusEffects
 from solvers.rod.optimum.search.continuous_sizes import continuous_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
 from solvers.rod.optimum.search.discrete_sizes import discrete_optimum
+from solvers.rod.optimum.search.earlier_search import MAX_INFLUENCE, EarlierSearch
 from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.search.feasibility import least_violating, least_violation
 from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
@@ -97,6 +98,7 @@ class StripSearch:
     slack          by how much the problem's requirements have been relaxed
     known          strips with the greatest value of the objective under other requirements: further starts
     out_of_time    whether the time has ended a search
+    earlier        the last search between resonances, and its effects
     """
 
     problem: RodProblem
@@ -109,6 +111,7 @@ class StripSearch:
     slack: float = 0.0
     known: tuple[Dimensions, ...] = ()
     out_of_time: bool = False
+    earlier: tuple[EarlierSearch, frozenset[str]] | None = None
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -139,6 +142,8 @@ class StripSearch:
 
         if tentative:
             context.confirm_effects = confirm_effects
+        if context.model.has_resonances:
+            context.earlier = self._earlier_search(chosen)
         beyond = beyond_core(chosen)
         if not beyond:
             return self._on_core(context, core)
@@ -156,6 +161,8 @@ class StripSearch:
             return other.result
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions
+            if context.coarse is not None and not self.out_of_time:
+                self.earlier = EarlierSearch(optimum, tuple(context.coarse.results), complete), chosen
             compose = partial(self._answer, context, core.proof, beyond, optimum)
             return SearchResult(chosen, best, 0.0, compose, complete)
         if self.out_of_time and optimum is None:
@@ -291,6 +298,14 @@ class StripSearch:
 
     def _optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
+
+    def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:
+        """The last search between resonances, if its effects hardly differ from those ``chosen``."""
+        if self.earlier is None:
+            return None
+        earlier, effects = self.earlier
+        influence = self.selected.influence(earlier.optimum.local.at.dimensions, tuple(chosen ^ effects))
+        return replace(earlier, influence=influence) if influence <= MAX_INFLUENCE else None
 
     def _requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
         design_of = partial(self.other_design, context.model.effects)

@@ -11,7 +11,6 @@ from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import search
 from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import buckling
 
 _GAP, _BOXES = 1e-3, 3000
 """Greatest gap in ln objective of a search, and its number of boxes."""
@@ -51,9 +50,8 @@ class CoreOptima:
         proof = search(self.cycle, MASS, limits, self.sizes, _FEASIBILITY_GAP, _BOXES)
         return proof.best is not None
 
-    def max_stability_safety(self) -> float:
-        """Maximum stability safety: that of maximum width and thickness and minimum length."""
+    @property
+    def stiffest(self) -> Dimensions:
+        """The strip of maximum width and thickness and minimum length."""
         size = self.sizes.around(self.sizes.bounds.stiffest)
-        b, h, l = size.b[1], size.h[1], size.l[0]
-        modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
-        return buckling.critical_force(modulus, b, h, l, rod_length) / self.cycle.compression
+        return Dimensions(size.b[1], size.h[1], size.l[0])

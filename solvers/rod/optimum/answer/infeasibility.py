@@ -15,10 +15,12 @@ from typing import NamedTuple
 from solvers.errors import InvalidInput
 from solvers.outcome import Shortfall
 from solvers.rod import rows
+from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.full_model.model import FullModel
+from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime
 
 _STABILITY_ONLY: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
@@ -87,11 +89,12 @@ class _Diagnosis:
         for r, attained in self.full.known(self.requirements).items():
             return self.entries_from_optimum(r, attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
-        if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
-            why = f"no strip within the bounds is stable; {_STABILITY.advice}"
-            required, attainable = self.asked.min_stability_safety, self.core.max_stability_safety()
-            shortfall = Shortfall(_STABILITY.name, required, attainable, why)
-            return [_Entry(_STABILITY, shortfall, self.model.accuracy)]
+        if len(infeasible_alone) == len(self.requirements):
+            stiffest = self.check(self.core.stiffest)
+            buckles = stiffest is not None and stiffest.stresses is None
+            if buckles or not self.core.is_feasible(_STABILITY_ONLY):
+                best = _Attainable(stiffest.stability_safety if buckles else None, self.model.accuracy)
+                return [self.entry(_STABILITY, "no strip within the bounds is stable", best)]
         if infeasible_alone:
             return self.entries_infeasible_alone([*infeasible_alone, *self.further_infeasible(infeasible_alone)])
         pairs = combinations(self.requirements, 2)
@@ -162,13 +165,15 @@ class _Diagnosis:
     def is_met_by_core_optimum(self, r: Constraint, others: Sequence[Constraint] = ()) -> bool:
         """Whether the core's best strip for a requirement beside ``others`` meets all of them on the full model."""
         best = self.core.best(r, self.limits_of(*others))
-        if best is None:
-            return False
+        check = None if best is None else self.check(best.strip)
+        return check is not None and all(c.meets(check, self.required(c)) for c in (r, *others))
+
+    def check(self, strip: Dimensions) -> RodCheck | None:
+        """The check of a strip on the full model; None if it has none, or after the time."""
         try:
-            check = self.model.check(best.strip, self.core.accuracy).value
-            return all(c.meets(check, self.required(c)) for c in (r, *others))
+            return self.model.check(strip, self.core.accuracy).value
         except (InvalidInput, OutOfTime):
-            return False
+            return None
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> _Attainable | None:
         """The best value under all other requirements except ``but``; if these conflict among themselves, the worst of

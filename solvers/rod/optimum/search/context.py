@@ -16,6 +16,7 @@ from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, search
+from solvers.rod.optimum.search.earlier_search import EarlierSearch
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, is_among, local_search
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.sizes import Sizes
@@ -27,6 +28,8 @@ _SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
 """Number of boxes and gap in ln objective of the core's search under other limits."""
 _MIN_GAIN = 0.1
 """Share of the accuracy: a smaller gain is not worth another step."""
+_REPEATED_RADIUS = 0.01
+"""First radius, in ln b, ln h, ln l, of a search from what an earlier one has found."""
 _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
 """Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
 
@@ -57,6 +60,8 @@ class Context:
     confirm_effects: Callable[[LocalResult], None] = keep_effects
     coarse: Context | None = None
     """The same problem at lower accuracy: with resonances all searches but the last are made there."""
+    earlier: EarlierSearch | None = None
+    """The search of the same problem with slightly different effects."""
 
     @property
     def search_count(self) -> int:
@@ -86,6 +91,15 @@ class Context:
         if local is not None:
             self.results.append(local)
         return local
+
+    def search_again(self) -> bool:
+        """Search from what the earlier search has found, each strip within its slice of discrete sizes; returns whether
+        a feasible strip is found."""
+        for start in self.earlier.starts():
+            best, strip = self.best(), start.at.dimensions
+            incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
+            self.search_from(strip, self.sizes.around(strip), _REPEATED_RADIUS, incumbent=incumbent)
+        return any(result.feasible for result in self.results)
 
     def exploratory(self, start: Dimensions) -> Context:
         """The context for searches from a strip: with resonances one of low accuracy, or of the accuracy attainable by

@@ -28,6 +28,9 @@ _NEWTON_STEPS = 4
 def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of continuous sizes; its iterate is infeasible if no feasible strip is found."""
     exploratory = context.exploratory(starts[0])
+    earlier = context.earlier
+    if earlier is not None and earlier.complete and exploratory.search_again():
+        return _refined(context, exploratory, earlier.optimum.remaining_gain, earlier.optimum.ratio_range)
     max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
     for start in starts:
         exploratory.search_from(start, context.sizes.bounds, max_iterations=max_iterations)
@@ -58,6 +61,13 @@ def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None
     for start in optima_at_other_lengths(exploratory, exploratory.best().at):
         exploratory.search_from(start, context.sizes.bounds, max_iterations=_COARSE_ITERATIONS)
     gain, ratio_range = search_other_gaps(exploratory, context.sizes.bounds, exploratory.results)
+    return _refined(context, exploratory, gain, ratio_range)
+
+
+def _refined(
+    context: Context, exploratory: Context, gain: float, ratio_range: tuple[float, float] | None
+) -> Optimum | None:
+    """The best result of the rough searches at full accuracy; ``gain`` may remain outside of the gaps searched."""
     best = refined_best(context, exploratory.results, lambda _: context.sizes.bounds)
     if best is None or not best.feasible:
         return None if best is None else Optimum(best)

@@ -65,6 +65,31 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
 
 def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     tried: set[tuple[float, ...]] = set()
+    earlier = context.earlier if context.earlier is not None and context.search_again() else None
+    if earlier is None:
+        _search_from_core(context, starts, tried)
+    else:
+        tried.update(_slice_key(context, end.at.dimensions) for end in earlier.ends)
+    _improve_repeatedly(context, tried)
+    best = context.best()
+    if best is None:
+        return None
+    if not best.feasible:
+        return Optimum(best)
+    gain, ratio_range = 0.0, None
+    if earlier is not None and earlier.complete:
+        gain, ratio_range = earlier.optimum.remaining_gain, earlier.optimum.ratio_range
+    elif context.model.has_resonances:
+        context.confirm_effects(best)
+        (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
+        strip = context.best().at.dimensions
+        gain, ratio_range = search_other_gaps(context, context.sizes.around(strip))
+    best = context.best()
+    return Optimum(best, first_order_conditions(context, best.at), remaining_gain=gain, ratio_range=ratio_range)
+
+
+def _search_from_core(context: Context, starts: Sequence[Dimensions], tried: set[tuple[float, ...]]) -> None:
+    """Search the slices of all starts, and from the first one those to which the corrected core leads."""
     strip, *others = starts
     for other in others:
         _search_slice(context, other, tried)
@@ -77,20 +102,6 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         if proof.best is None or _slice_key(context, proof.best.dimensions) in tried:
             break
         strip = proof.best.dimensions
-    _improve_repeatedly(context, tried)
-    best = context.best()
-    if best is None:
-        return None
-    if not best.feasible:
-        return Optimum(best)
-    gain, ratio_range = 0.0, None
-    if context.model.has_resonances:
-        context.confirm_effects(best)
-        (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
-        strip = context.best().at.dimensions
-        gain, ratio_range = search_other_gaps(context, context.sizes.around(strip))
-    best = context.best()
-    return Optimum(best, first_order_conditions(context, best.at), remaining_gain=gain, ratio_range=ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:

@@ -136,6 +136,19 @@ def test_a_strip_that_cannot_stand_at_all_is_said_to_buckle():
     assert entry.attainable == pytest.approx(best, rel=1e-6)
 
 
+def test_a_strip_that_only_effects_beyond_the_core_buckle_is_said_to_buckle(monkeypatch):
+    """The stiffest strip is stable on the core and not under what friction adds to its compression."""
+    monkeypatch.setattr("bench.rod_problems.FACTOR", 30.0)
+    asked = realistic(557)
+    outcome, b = rod.design(asked), asked.bounds
+    stiffest = rod.Dimensions(b.b[1], b.h[1], b.l[0])
+    (entry,) = outcome.diagnosis
+    assert entry.requirement == "min_stability_safety"
+    assert rod.check(asked.scene, stiffest, CORE).value.stresses is not None
+    assert entry.attainable == pytest.approx(rod.check(asked.scene, stiffest).value.stability_safety, rel=1e-6)
+    assert entry.attainable < 1.0 and outcome.accuracy.met
+
+
 def test_opponents_name_each_other():
     """Fatigue and yield want a long, thick strip, contact a thin one; stability stands by."""
     asked = rod.Requirements(2.65, 1.2, max_contact_pressure=3.4e4, min_yield_safety=5.3)

@@ -31,6 +31,7 @@ _JUST_MISSED = (
 )
 _WITHOUT_EFFECTS = "can be met together with the others only without the effects beyond the core"
 _OTHERS_CONFLICT = "the other requirements conflict with each other, too: relaxing this one does not suffice"
+_FRICTION_FEEDBACK = "friction_feedback"
 _SLIGHTLY = 0.02
 """Relative change of a requirement that is slight."""
 
@@ -89,12 +90,8 @@ class _Diagnosis:
         for r, attained in self.full.known(self.requirements).items():
             return self.entries_from_optimum(r, attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
-        if len(infeasible_alone) == len(self.requirements):
-            stiffest = self.check(self.core.stiffest)
-            buckles = stiffest is not None and stiffest.stresses is None
-            if buckles or not self.core.is_feasible(_STABILITY_ONLY):
-                best = _Attainable(stiffest.stability_safety if buckles else None, self.model.accuracy)
-                return [self.entry(_STABILITY, "no strip within the bounds is stable", best)]
+        if len(infeasible_alone) == len(self.requirements) and self.every_strip_buckles():
+            return [self.entry(_STABILITY, "no strip within the bounds is stable", self.stability_of_stiffest())]
         if infeasible_alone:
             return self.entries_infeasible_alone([*infeasible_alone, *self.further_infeasible(infeasible_alone)])
         pairs = combinations(self.requirements, 2)
@@ -107,6 +104,22 @@ class _Diagnosis:
             if opponents:
                 found.append(self.entry(r, self.conflict(r, opponents), self.best_under_others(r)))
         return _unattainable(found)
+
+    def every_strip_buckles(self) -> bool:
+        """Whether no strip is stable on the core, or the stiffest one is not and no design for stability finds one."""
+        if not self.core.is_feasible(_STABILITY_ONLY):
+            return True
+        stiffest = self.check(self.core.stiffest)
+        buckles = stiffest is not None and stiffest.stresses is None
+        return buckles and self.full.best(_STABILITY, self.requirements) is None and self.full.in_time()
+
+    def stability_of_stiffest(self) -> _Attainable:
+        """The stability safety of the stiffest strip: the greatest one, but for what friction adds to the compression
+        of strips with a greater side force."""
+        check = self.check(self.core.stiffest)
+        is_greatest = _FRICTION_FEEDBACK not in self.model.effects.include
+        error = self.model.accuracy if is_greatest else self.influence
+        return _Attainable(None if check is None else check.stability_safety, error)
 
     def further_infeasible(self, infeasible_alone: Sequence[Constraint]) -> list[Constraint]:
         """Requirements that are infeasible on the full model beside all except ``infeasible_alone``, too."""

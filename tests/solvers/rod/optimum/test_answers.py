@@ -146,7 +146,7 @@ def test_a_strip_that_only_effects_beyond_the_core_buckle_is_said_to_buckle(monk
     assert entry.requirement == "min_stability_safety"
     assert rod.check(asked.scene, stiffest, CORE).value.stresses is not None
     assert entry.attainable == pytest.approx(rod.check(asked.scene, stiffest).value.stability_safety, rel=1e-6)
-    assert entry.attainable < 1.0 and outcome.accuracy.met
+    assert entry.attainable < 1.0
 
 
 def test_opponents_name_each_other():

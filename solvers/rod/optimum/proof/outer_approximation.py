@@ -35,7 +35,8 @@ _ROUNDS = 16
 _COARSE_MEAN_GAP, _COARSE_MEAN_STRIDE, _COARSE_MEAN_ERROR = 2e-4, 4, 5e-5
 """Gap above which the mean of friction power is taken over every fourth angle of the cycle, this stride, and a bound of
 the relative error of that mean, which falls with the third power of the number of angles (``core.cycle``)."""
-_MIN_GAP = 5e-9
+_MIN_GAP = 2e-10
+"""Smallest gap in ln objective of a search, above the tolerance of local searches and rounding errors of bounds."""
 _TOLERANCE_SHARE, _MAX_TOLERANCE = 1e-3, 1e-7
 """Tolerance of a local search in ln objective as a share of the gap, and its maximum."""
 _NEAR_MAXIMUM, _TIE_TOLERANCE = 0.9, 1e-3

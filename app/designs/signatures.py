@@ -9,6 +9,7 @@ TUPLES: dict[str, str] = {
     "solvers.crank.motion.slider_crank.Geometry": "f f f f f f",
     "solvers.fatigue.kernels.Diagram": "f3 f1",
     "solvers.linkage.steady_state.collocation.Machine": "f1 f f f f",
+    "solvers.linkage.swept_area.bounding_box.OrientationSearch": "f f f f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f1 f2 f2",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
@@ -169,14 +170,13 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.speed_spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
-        ("solvers.linkage.swept_area.bounding_box.minimum_box_areas", "f2 f1 f1 f1 f f f f f"),
+        ("solvers.linkage.swept_area.bounding_box.minimum_boxes", "f2 f1 f1 f1 solvers.linkage.swept_area.bounding_box.OrientationSearch"),
         ("solvers.linkage.swept_area.enclosing_circle.enclosing_radii", "f2"),
         ("solvers.linkage.swept_area.outline.extents", "f1 f"),
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.optimum.load_bounds.load_lower_bounds", "f2 f2 f2 f1 f i b"),
         ("solvers.linkage.optimum.radius_bounds.radius_lower_bounds", "f2 f2 f2 f2 f1 f"),
-        ("solvers.linkage.swept_area.bounding_box.minimum_misfits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.check.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),

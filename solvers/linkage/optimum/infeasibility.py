@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import cache
+
+import numpy as np
 
 from solvers.errors import InvalidInput
 from solvers.linkage.limits import Limits
-from solvers.linkage.optimum.branch_and_bound import search
+from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
 from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.quantities import EXCESS, Quantities
 from solvers.linkage.problem import (
     ENCLOSING_RADIUS,
     LONGEST_LINK,
@@ -20,13 +22,14 @@ from solvers.linkage.problem import (
     Objective,
 )
 from solvers.linkage.scene import TRANSMISSION
+from solvers.numerics.arrays import Array
 from solvers.outcome import Shortfall
 
 _GAP = 1e-2
 """Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
 
-_FITTING = 1e-11
-"""Relative excess of a box that counts as fitting."""
+_ROUNDING = 1e-9
+"""Relative excess over a limit at which it counts as met."""
 
 _SHORTEST_LINK = Objective(
     "min_link",
@@ -42,25 +45,33 @@ _SHORTEST_LINK = Objective(
 class _Group:
     """Limits that are met or missed together, the objective that minimises their violation, and a remedy.
 
-    ``advice`` is for a limit that is out of reach even alone. ``attained`` is the value of a limit that the objective's
-    optimum stands for, from the limit and the optimum.
+    ``allowed`` is the cost up to which they are met, ``advice`` for limits that are out of reach even alone.
+    ``attained`` is the value of a limit that the objective's optimum stands for, from the limit and the optimum.
     """
 
-    names: tuple[str, ...]
+    limits: dict[str, float]
     objective: Objective
+    allowed: float
     advice: str
     attained: Callable[[float, float], float] = lambda limit, best: best
 
     def without(self, limits: Limits) -> Limits:
-        return replace(limits, **{name: 0.0 if name == "min_link" else None for name in self.names})
+        return replace(limits, **{name: 0.0 if name == "min_link" else None for name in self.limits})
 
-    def misses(self, limit: float, best: tuple[float, str] | None) -> bool:
-        """Whether the objective's optimum, None without any mechanism, misses a limit."""
-        sign = self.objective.sign
-        return best is None or sign * (self.attained(limit, best[0]) - limit * (1.0 + 1e-9 * sign)) > 0.0
+    def met_by(self, best: FamilyOptimum) -> bool:
+        return best.cost <= self.allowed * (1.0 + _ROUNDING)
+
+    def violation(self, quantities: Quantities) -> Array:
+        """The objective's cost if the limits are missed, otherwise a constant more than the gap below ``allowed``.
+
+        Whether they are met is thus proven, but not by how much, which nobody asks.
+        """
+        cost = self.objective.cost(quantities)
+        return np.where(cost <= self.allowed * (1.0 + _ROUNDING), self.allowed * (1.0 - 2.0 * _GAP), cost)
 
 
-def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
+def _groups(problem: LinkageProblem, asked: Limits) -> list[_Group]:
+    """The limits that are ``asked``."""
     shorter, smaller = _smaller(problem)
     # Least links and pin forces are out of reach alone only if speed and frequency fix the size.
     longer = "a lower blow frequency or a higher impact speed would raise it"
@@ -70,26 +81,34 @@ def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
         softer = "a lower impact energy would lower it"
         roomier = "with looser limits on the size, a lower blow frequency or a higher impact speed would, too"
         weaker = f"{softer}; {roomier}"
-    return (
-        _Group(("min_link",), _SHORTEST_LINK, longer),
-        _Group(("longest_link",), LONGEST_LINK, shorter),
-        _Group(("enclosing_radius",), ENCLOSING_RADIUS, smaller),
-        _Group(("max_pin_force",), PIN_FORCE, weaker),
-        _box(problem, ("width", "height"), smaller),
+    single = (
+        ("min_link", _SHORTEST_LINK, longer),
+        ("longest_link", LONGEST_LINK, shorter),
+        ("enclosing_radius", ENCLOSING_RADIUS, smaller),
+        ("max_pin_force", PIN_FORCE, weaker),
     )
+    found = [
+        _Group({name: limit}, objective, objective.value(limit), advice)
+        for name, objective, advice in single
+        if (limit := getattr(asked, name))
+    ]
+    sides = [_side(asked, name, smaller) for name in ("width", "height") if getattr(asked, name)]
+    return found + (sides if len(sides) < 2 else [_box(asked, smaller)])
 
 
-def _box(problem: LinkageProblem, names: tuple[str, ...], advice: str) -> _Group:
-    """The sides of the box with these names, which one orientation of the mechanism must fit; the others are free."""
-    pads = 2.0 * problem.limits.joint_radius
-    sides = zip(("width", "height"), problem.limits.sides, strict=True)
-    room = tuple(side - pads if name in names else math.inf for name, side in sides)
-    return _Group(names, _misfit(room), advice, lambda side, factor: factor * (side - pads) + pads)
+def _side(asked: Limits, name: str, advice: str) -> _Group:
+    """One side of the box, within the limit on the other one if there is any."""
+    objective = Objective("side", lambda q: q.side(q.scale[0], min(q.problem.limits.sides)), lambda *_: math.nan)
+    return _Group({name: getattr(asked, name)}, objective, getattr(asked, name), advice)
 
 
-def _misfit(room: tuple[float, float]) -> Objective:
-    """Minimise the factor by which a box of this width and height, less the joints, must grow to hold a mechanism."""
-    return Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
+def _box(asked: Limits, advice: str) -> _Group:
+    """Both sides of the box, by the factor by which it must grow, less the joints, to hold a mechanism."""
+    pads = 2.0 * asked.joint_radius
+    room = tuple(side - pads for side in asked.sides)
+    objective = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda *_: math.nan)
+    limits = {"width": asked.width, "height": asked.height}
+    return _Group(limits, objective, 1.0, advice, lambda side, factor: factor * (side - pads) + pads)
 
 
 def _smaller(problem: LinkageProblem) -> tuple[str, str]:
@@ -123,138 +142,97 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     least = asked.min_link if problem.fixed_scale is None else 0.0
     minimal = Limits(least, asked.joint_radius, transmission_angle=asked.transmission_angle)
     # The torque does not depend on the size: any will do.
-    if problem.fixed_u31_end is not None and _best(problem, PEAK_TORQUE, replace(minimal, min_link=1.0)) is None:
+    any_size = _Group({}, PEAK_TORQUE, 0.0, "")
+    if problem.fixed_u31_end is not None and not _best(problem, any_size, replace(minimal, min_link=1.0)).mechanism:
         return (_speed_shortfall(problem),)
-    alone = _out_of_reach(problem, minimal)
+    alone = _missed(problem, asked, lambda _: minimal)
     if not alone:
         return _clashing(problem, asked) or (_speed_shortfall(problem),)
-    others = replace(asked, **{each.requirement: getattr(minimal, each.requirement) for each in alone})
-    beside = {each.requirement: each for each in _out_of_reach(problem, others)}
-    found = tuple(beside.get(each.requirement, each) for each in alone)
-    if all(each.attainable is not None for each in found):
-        return found
-    named = {each.requirement for each in alone}
-    return alone + tuple(each for each in _clashing(problem, others) if each.requirement not in named)
+    others = replace(asked, **{name: getattr(minimal, name) for each in alone for name in each.group.limits})
+    beside = [replace(each, best=_best(problem, each.group, others, each.best)) for each in alone]
+    hint = "" if asked.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
+    if all(each.best.mechanism for each in beside):
+        return tuple(entry for each in beside for entry in each.out_of_reach(hint))
+    return tuple(entry for each in alone for entry in each.out_of_reach(hint)) + _clashing(problem, others)
 
 
 def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of limits each of which can be met without the others."""
-    why = "can be met alone, but not with the others"
     missed = _missed(problem, limits, lambda group: group.without(limits))
-    named = {name for each in missed for name in each.limits}
+    named = {name for each in missed for name in each.group.limits}
     remedies = ["looser other limits would help"]
     if problem.limits.joint_radius > 0.0 and named & {"enclosing_radius", "width", "height"}:
         remedies.append("smaller joints would help, too")
     if "max_pin_force" in named:
         remedies.append("a lower impact energy would help, too")
-    return tuple(entry for each in missed for entry in each.shortfalls(why, "; ".join(remedies)))
-
-
-def _out_of_reach(problem: LinkageProblem, others: Limits) -> tuple[Shortfall, ...]:
-    """Shortfalls of the limits that cannot be met beside ``others``."""
-    hint = "" if problem.limits.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
-    found: list[Shortfall] = []
-    for each in _missed(problem, problem.limits, lambda _: others):
-        why = "out of reach even alone" if len(each.limits) == 1 else "both are out of reach together"
-        found += each.shortfalls(why, each.group.advice + hint)
-    return tuple(found)
+    advice, why = "; ".join(remedies), "can be met alone, but not with the others"
+    return tuple(entry for each in missed for entry in each.shortfalls(why, advice))
 
 
 @dataclass(frozen=True)
 class _Missed:
-    """Limits of a group that cannot be met: what was asked, what is attainable at best, and with which type; None if
-    there is no mechanism at all."""
+    """Limits that cannot be met, and the mechanism closest to them."""
 
     group: _Group
-    limits: dict[str, float]
-    best: tuple[float, str] | None
+    best: FamilyOptimum
 
-    def shortfalls(self, why: str, advice: str) -> Iterator[Shortfall]:
-        for name, limit in self.limits.items():
-            if self.best is None:
+    def out_of_reach(self, hint: str) -> Iterable[Shortfall]:
+        why = "out of reach even alone" if len(self.group.limits) == 1 else "both are out of reach together"
+        return self.shortfalls(why, self.group.advice + hint)
+
+    def shortfalls(self, why: str, advice: str) -> Iterable[Shortfall]:
+        for name, limit in self.group.limits.items():
+            if self.best.mechanism is None:
                 yield Shortfall(name, limit, None, f"the other limits leave no mechanism at all; {advice}")
             else:
-                value, closest = self.group.attained(limit, self.best[0]), self.best[1].replace("_", " ")
+                value = float(self.group.attained(limit, self.group.objective.value(self.best.cost)))
+                closest = self.best.family.kind.name.replace("_", " ")
                 yield Shortfall(name, limit, value, f"{why}, closest with the {closest}; {advice}")
 
 
 def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], Limits]) -> list[_Missed]:
     """The limits ``asked`` that cannot be met together with the others."""
     out = []
-    for group in _groups(problem):
-        required = {name: getattr(asked, name) for name in group.names if getattr(asked, name)}
-        if not required:
-            continue
+    for group in _groups(problem, asked):
         try:
-            best = _best(problem, group.objective, others(group))
+            best = _best(problem, group, others(group))
         except InvalidInput:
             # The size is free, and nothing bounds it on the side that this limit favours.
             continue
-        required = {name: limit for name, limit in required.items() if group.misses(limit, best)}
-        if len(required) > 1:
-            # Of two sides of the box one may be out of reach by itself: then it alone is reported.
-            sides = {name: _box(problem, (name,), group.advice) for name in required}
-            found = _each_alone(problem, others(group))
-            single = {name: limit for name, limit in required.items() if sides[name].misses(limit, found[name])}
-            required = single or required
-            if len(single) == 1:
-                (name,) = single
-                group, best, kept = sides[name], found[name], others(sides[name])
-                if min(kept.sides) < math.inf:
-                    best = _beside_the_other(problem, name, kept, found)
-        if required:
-            out.append(_Missed(group, required, best))
+        if group.met_by(best):
+            continue
+        if len(group.limits) > 1:
+            # Of two sides of the box one may be out of reach by itself: then it alone is reported. Orientations are
+            # free, so that the least width is also the least height.
+            sides = sorted((_side(asked, name, group.advice) for name in group.limits), key=lambda side: side.allowed)
+            least = _best(problem, sides[0], others(group))
+            if not sides[0].met_by(least) and sides[1].met_by(least):
+                group = sides[0]
+                best = _best(problem, group, others(group), least)
+        out.append(_Missed(group, best))
     return out
 
 
-def _each_alone(problem: LinkageProblem, limits: Limits) -> dict[str, tuple[float, str] | None]:
-    """The least factor of either side of the box, less its joints, whatever the other, and the type.
+def _best(
+    problem: LinkageProblem, group: _Group, limits: Limits, relaxed: FamilyOptimum | None = None
+) -> FamilyOptimum:
+    """The mechanism within the limits that is closest to those of a group; speed and frequency are as free as in the
+    problem. Raises InvalidInput if it improves without end.
 
-    Orientations are free, so both factors are those of the linkage of least width.
+    ``relaxed`` is the closest one within looser limits: if it is within these, no other is closer.
     """
-    pads = 2.0 * problem.limits.joint_radius
-    least = _best(problem, _misfit((1.0, math.inf)), limits)
-    sides = zip(("width", "height"), problem.limits.sides, strict=True)
-    return {name: least and (least[0] / (side - pads), least[1]) for name, side in sides}
-
-
-def _beside_the_other(
-    problem: LinkageProblem, name: str, limits: Limits, alone: dict[str, tuple[float, str] | None]
-) -> tuple[float, str] | None:
-    """The least factor of a side of the box, less its joints, at which both sides fit in one orientation, and the type.
-
-    ``alone`` has the factor of each side without a limit on the other. None if there is none.
-    """
-    from scipy.optimize import brentq
-
-    pads, free = 2.0 * problem.limits.joint_radius, replace(limits, width=None, height=None)
-    if any(best is None or (side != name and best[0] > 1.0 + _FITTING) for side, best in alone.items()):
-        return None
-
-    @cache
-    def fit(logarithm: float) -> tuple[float, str]:
-        factors = (math.exp(logarithm) if side == name else 1.0 for side in ("width", "height"))
-        room = (factor * (side - pads) for factor, side in zip(factors, problem.limits.sides, strict=True))
-        return _best(problem, _misfit(tuple(room)), free)
-
-    low = high = math.log(alone[name][0])
-    while fit(high)[0] > 1.0 + _FITTING:
-        high += math.log(2.0)
-    found = high if high == low else brentq(lambda x: fit(x)[0] - 1.0, low, high, xtol=1e-11)
-    return math.exp(found), fit(found)[1]
-
-
-def _best(problem: LinkageProblem, objective: Objective, limits: Limits) -> tuple[float, str] | None:
-    """The best value of the objective among the mechanisms within the limits, and its type; speed and frequency are as
-    free as in the problem. Raises InvalidInput if it improves without end."""
-    objective = replace(objective, set_motion=problem.objective.set_motion)
+    objective = replace(group.objective, cost=group.violation, set_motion=problem.objective.set_motion)
     problem = replace(problem, objective=objective, limits=limits)
-    best, name = math.inf, ""
+    if relaxed is not None:
+        q = np.array([relaxed.q or 0.0])
+        if Quantities(problem, relaxed.family, q, q).cost[0] <= relaxed.cost * (1.0 + EXCESS):
+            return relaxed
+    best = None
     for kind in problem.kinds:
-        found = search(problem, Family(kind, problem.scene.restitution.gain), _GAP, best)
-        if found.cost < best:
-            best, name = found.cost, kind.name
-    return (objective.value(best), name) if name else None
+        found = search(problem, Family(kind, problem.scene.restitution.gain), _GAP, best.cost if best else math.inf)
+        if best is None or found.cost < best.cost:
+            best = found
+    return best
 
 
 def _speed_shortfall(problem: LinkageProblem) -> Shortfall:

@@ -26,7 +26,7 @@ from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.load_bounds import load_lower_bounds
 from solvers.linkage.optimum.radius_bounds import radius_lower_bounds
 from solvers.linkage.problem import LinkageProblem
-from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, minimum_box_areas, minimum_misfits
+from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, OrientationSearch, minimum_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import sweep
 from solvers.numerics.arrays import Array
@@ -122,10 +122,21 @@ class Quantities:
         bounds = radius_lower_bounds(low, middle, high, self._outlines, swing_deficits, self.family.gain.value)
         return bounds * (1.0 - 1e-12)
 
+    def _boxes(self, scale: Array, *search: float) -> Array:
+        """Minima of ``OrientationSearch`` at these V."""
+        return minimum_boxes(self._outlines, scale, *self._displacement_bounds, OrientationSearch(*search))[:, 0]
+
     def misfit(self, room: tuple[float, float]) -> Array:
         """The minimum over orientations of max(W/width, H/height) per V without pads."""
         tolerance = BOX_TOLERANCE if self._single else _FIT_TOLERANCE
-        found = minimum_misfits(self._outlines, *self._displacement_bounds, *room, tolerance)
+        weights = (1.0 / side for side in room)
+        found = self._boxes(np.ones_like(self.low), math.inf, math.inf, *weights, 0.0, tolerance, math.inf)
+        return np.maximum(found * (1.0 - tolerance), 0.0)
+
+    def side(self, scale: Array, other: float) -> Array:
+        """The minimum of a box's side at a V if the other side is at most ``other``; inf if there is no such box."""
+        tolerance, pads = BOX_TOLERANCE if self._single else _FIT_TOLERANCE, 2.0 * self.problem.limits.joint_radius
+        found = self._boxes(scale, other * (1.0 + 1e-12), math.inf, 0.0, 1.0, pads, tolerance, math.inf)
         return np.maximum(found * (1.0 - tolerance), 0.0)
 
     def _peak(self, which: int) -> Array:
@@ -178,9 +189,7 @@ class Quantities:
         limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
         tolerance = BOX_TOLERANCE if self._single else _AREA_TOLERANCE
         room = (side * (1.0 + 1e-12) for side in limits.sides)
-        areas = minimum_box_areas(
-            self._outlines, scale, *self._displacement_bounds, pads, *room, tolerance, self.cutoff
-        )[:, 0]
+        areas = self._boxes(scale, *room, 0.0, 0.0, pads, tolerance, self.cutoff)
         if self._single:
             return areas
         areas = np.where(areas < self.cutoff, areas * (1.0 - tolerance), areas)

@@ -39,8 +39,8 @@ class Box:
 def minimum_box(outline: Array, pad: float, width: float = math.inf, height: float = math.inf) -> Box | None:
     """The box of minimum area within width and height, to ``BOX_TOLERANCE``; None if none fits."""
     none, pads = np.zeros(1), 2.0 * pad
-    boxes = minimum_box_areas(outline[None], none + 1.0, none, none, pads, width, height, BOX_TOLERANCE, math.inf)
-    area, angle, swapped = boxes[0].tolist()
+    search = OrientationSearch(width, height, 0.0, 0.0, pads, BOX_TOLERANCE, math.inf)
+    area, angle, swapped = minimum_boxes(outline[None], none + 1.0, none, none, search)[0].tolist()
     if not math.isfinite(area):
         return None
     along, across = (side + pads for side in extents(outline, angle))
@@ -51,44 +51,53 @@ def minimum_box(outline: Array, pad: float, width: float = math.inf, height: flo
 
 
 class OrientationSearch(NamedTuple):
-    """Minimisation over all orientations: of the area W H within ``width`` and ``height``, or with ``misfit`` of
-    max(W/width, H/height).
+    """Minimisation over all orientations, with W and H at most ``width`` and ``height``: of max(W per_width,
+    H per_height), or of the area W H if both of these are 0.
 
-    ``pads`` is added to W and H. They are lower bounds for outlines that deviate from this one by up to ``along`` in
-    the base's direction and ``across`` perpendicular to it. A result below ``cutoff`` is within the relative
-    ``tolerance`` of the minimum; any other only states that the minimum is not below ``cutoff``.
+    ``pads`` is added to W and H. A result below ``cutoff`` is within the relative ``tolerance`` of the minimum; any
+    other only states that the minimum is not below ``cutoff``.
     """
 
-    misfit: bool
     width: float
     height: float
+    per_width: float
+    per_height: float
     pads: float
-    along: float
-    across: float
     tolerance: float
     cutoff: float
 
 
 @kernel
-def _minimum(outline: Array, search: OrientationSearch) -> tuple[float, float, bool]:
-    """Minimum, its orientation, and whether pi/2 is to be added to that; inf if no box fits."""
-    edges, width, height = corner_directions(outline), search.width, search.height
-    best, at = _minimum_near_base_line(outline, edges, search, width, height, math.inf)
-    if width == height:
+def _minimum(outline: Array, along: float, across: float, search: OrientationSearch) -> tuple[float, float, bool]:
+    """Minimum, its orientation, and whether pi/2 is to be added to that; inf if no box fits.
+
+    W and H are lower bounds for outlines that deviate from this one by up to ``along`` in the base's direction and
+    ``across`` perpendicular to it.
+    """
+    edges = corner_directions(outline)
+    upright = search.width, search.height, search.per_width, search.per_height
+    turned = search.height, search.width, search.per_height, search.per_width
+    best, at = _minimum_near_base_line(outline, edges, along, across, search, upright, math.inf)
+    if upright == turned:
         return best, at, False
-    right_value, other_angle = _minimum_near_base_line(outline, edges, search, height, width, best)
-    return (right_value, other_angle, True) if right_value < best else (best, at, False)
+    turned_best, turned_at = _minimum_near_base_line(outline, edges, along, across, search, turned, best)
+    return (turned_best, turned_at, True) if turned_best < best else (best, at, False)
 
 
 @kernel
 def _minimum_near_base_line(
-    outline: Array, edges: Array, search: OrientationSearch, width: float, height: float, best: float
+    outline: Array,
+    edges: Array,
+    along: float,
+    across: float,
+    search: OrientationSearch,
+    sides: tuple[float, float, float, float],
+    best: float,
 ) -> tuple[float, float]:
     """``_minimum`` for orientations within pi/4 of the base line; ``best`` is the incumbent."""
-    tips, at, misfit = arc_ends(outline), 0.0, search.misfit
-    unit_w, unit_h, most_w, most_h = 1.0, 1.0, width, height
-    if misfit:
-        unit_w, unit_h, most_w, most_h = width, height, math.inf, math.inf
+    tips, at = arc_ends(outline), 0.0
+    most_w, most_h, per_w, per_h = sides
+    area = per_w == 0.0 and per_h == 0.0
     left_ends, right_ends = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
         if not edges[k + 1] > edges[k]:
@@ -97,9 +106,8 @@ def _minimum_near_base_line(
         wc, wx, wy, hc, hx, hy = extent_sinusoids(outline, tips, middle)
         # Less 2 (along |n_x| + across |n_y|), n their directions; signs change at multiples of pi/2, which are corners.
         c, s = math.copysign(2.0, math.cos(middle)), math.copysign(2.0, math.sin(middle))
-        wx, wy, hx, hy = wx - c * search.along, wy - s * search.across, hx - c * search.across, hy - s * search.along
-        wc, wx, wy = (wc + search.pads) / unit_w, wx / unit_w, wy / unit_w
-        hc, hx, hy = (hc + search.pads) / unit_h, hx / unit_h, hy / unit_h
+        wx, wy, hx, hy = wx - c * along, wy - s * across, hx - c * across, hy - s * along
+        wc, hc = wc + search.pads, hc + search.pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         curvature_bound = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
         left_ends[0], right_ends[0] = edges[k], edges[k + 1]
@@ -110,7 +118,9 @@ def _minimum_near_base_line(
             cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
             wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
             wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
-            left_value, right_value = (max(wl, hl), max(wr, hr)) if misfit else (wl * hl, wr * hr)
+            left_value, right_value = wl * hl, wr * hr
+            if not area:
+                left_value, right_value = max(wl * per_w, hl * per_h), max(wr * per_w, hr * per_h)
             if wl <= most_w and hl <= most_h and left_value < best:
                 best, at = left_value, left
             if wr <= most_w and hr <= most_h and right_value < best:
@@ -122,7 +132,9 @@ def _minimum_near_base_line(
             narrowest, lowest = min(wl, wr) - step / 8.0 * w1, min(hl, hr) - step / 8.0 * h1
             if narrowest > most_w or lowest > most_h:
                 continue
-            lower_bound = max(narrowest, lowest) if misfit else min(left_value, right_value) - step * curvature_bound
+            lower_bound = max(narrowest * per_w, lowest * per_h)
+            if area:
+                lower_bound = min(left_value, right_value) - step * curvature_bound
             if lower_bound >= search.cutoff or (
                 best < search.cutoff and lower_bound >= best * (1.0 - search.tolerance)
             ):
@@ -137,22 +149,12 @@ def _minimum_near_base_line(
 
 
 @kernel
-def minimum_box_areas(
-    outlines: Array,
-    scale: Array,
-    along: Array,
-    across: Array,
-    pads: float,
-    width: float,
-    height: float,
-    tolerance: float,
-    cutoff: float,
-) -> Array:
-    """Minimum box area of every outline at its scale, within width and height, (n, 3): the area, inf if none fits, its
-    direction, and 1 if pi/2 is to be added to it.
+def minimum_boxes(outlines: Array, scale: Array, along: Array, across: Array, search: OrientationSearch) -> Array:
+    """Minimum of every outline at its scale, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is to
+    be added to that.
 
-    ``along`` and ``across`` [per scale] as in ``OrientationSearch``. An area is accurate to ``tolerance``, or above
-    ``cutoff``; it is 0 if W and H could both vanish within the deviation.
+    ``along`` and ``across`` [per scale] as in ``_minimum``. The value is 0 if W and H could both vanish within the
+    deviation.
     """
     out = np.full((scale.size, 3), np.inf)
     for i in range(scale.size):
@@ -164,26 +166,11 @@ def minimum_box_areas(
         deviation = along[i] * scale[i], across[i] * scale[i]
         # Each side of a box is at least twice the crank, so W + H stays positive: the lower bounds of W and H are not
         # both negative, and their product is a lower bound of the area.
-        if 2.0 * outline[0] + pads <= math.sqrt(2.0) * (deviation[0] + deviation[1]):
+        area = search.per_width == 0.0 and search.per_height == 0.0
+        if area and 2.0 * outline[0] + search.pads <= math.sqrt(2.0) * (deviation[0] + deviation[1]):
             out[i, 0] = 0.0
             continue
         # W and H already include the pads minus the deviation, so they are compared with the limits directly.
-        search = OrientationSearch(False, width, height, pads, deviation[0], deviation[1], tolerance, cutoff)
-        area, angle, swapped = _minimum(outline, search)
-        out[i, 0], out[i, 1], out[i, 2] = area, angle, 1.0 if swapped else 0.0
-    return out
-
-
-@kernel
-def minimum_misfits(
-    outlines: Array, along: Array, across: Array, width: float, height: float, tolerance: float
-) -> Array:
-    """Minimum over all orientations of max(W/width, H/height) for every outline; at most 1 if it fits.
-
-    ``along`` and ``across`` as in ``OrientationSearch``.
-    """
-    out = np.empty(outlines.shape[0])
-    for i in range(out.size):
-        search = OrientationSearch(True, width, height, 0.0, along[i], across[i], tolerance, math.inf)
-        out[i] = _minimum(outlines[i], search)[0]
+        value, angle, swapped = _minimum(outline, deviation[0], deviation[1], search)
+        out[i, 0], out[i, 1], out[i, 2] = value, angle, 1.0 if swapped else 0.0
     return out

@@ -543,16 +543,29 @@ def test_of_two_sides_only_the_one_out_of_reach_is_reported():
     assert {entry.requirement for entry in both} == {"width", "height"}
 
 
-def test_the_least_width_is_sought_once_for_both_sides_of_the_box(monkeypatch):
+def searches_of(limits, monkeypatch):
+    """Objective and number of ranges of every search for the diagnosis of a breaker's largest base."""
     sought = []
 
-    def counted(problem, *rest):
-        sought.append(problem.objective.name)
-        return search(problem, *rest)
+    def recorded(problem, *rest):
+        found = search(problem, *rest)
+        sought.append((problem.objective.name, found.cells))
+        return found
 
-    monkeypatch.setattr(infeasibility, "search", counted)
-    designed(BREAKER, Limits(min_link=8e-3, width=21e-3, height=20e-3), "longest_link", "largest_base")
-    assert sought.count("fit") == 2 * 2  # the box and either side, alone and beside the other limits
+    monkeypatch.setattr(infeasibility, "search", recorded)
+    assert designed(BREAKER, limits, "longest_link", "largest_base").diagnosis
+    return sought
+
+
+def test_the_least_width_is_sought_once_for_both_sides_of_the_box(monkeypatch):
+    sought = searches_of(Limits(min_link=8e-3, width=21e-3, height=20e-3), monkeypatch)
+    assert [name for name, _ in sought] == ["min_link", "fit", "side"]
+
+
+def test_of_a_limit_that_is_met_it_is_not_asked_by_how_much(monkeypatch):
+    sought = searches_of(Limits(longest_link=0.05, width=0.3, max_pin_force=1e4), monkeypatch)
+    assert [name for name, _ in sought] == ["longest_link", "pin_force", "side"]
+    assert max(cells for _, cells in sought) < 100
 
 
 @pytest.mark.parametrize(("objective", "other"), [("box_area", 0.042), ("impact_speed", 0.033)])

@@ -20,7 +20,6 @@ from functools import cached_property
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
-from solvers.linkage.mechanism.change_point import Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.load_bounds import load_lower_bounds
@@ -85,25 +84,32 @@ class Quantities:
         return out / (r.rocker * self.members.u31_end)[:, None]
 
     @cached_property
-    def _outlines(self) -> Array:
-        """Swept outlines per V of the midpoints."""
-        ratios = Ratios(*(self._three(values)[2] for values in vars(self.members.ratios).values()))
-        return sweep(FourBar(self.family.kind, ratios), self._three(self.lengths)[2][:, 0])
+    def _outlines(self) -> tuple[Array, Array, Array]:
+        """Swept outlines per V of ``members``."""
+        return self._three(sweep(self.members, self.lengths[:, 0]))
 
     @cached_property
-    def _displacement_bounds(self) -> tuple[Array, Array]:
-        """d_x and d_y per V."""
+    def _deductions(self) -> Array:
+        """How far lengths may be off the linear interpolation in y between the ends, per V (see above): (n, 5)."""
+        out = np.zeros((self.low.size, 5))
         if self._single:
-            return np.zeros_like(self.low), np.zeros_like(self.low)
-        low, high, middle = self._three(self.lengths)
-        crank, base, _, rocker = np.maximum(np.abs(low - middle), np.abs(high - middle)).T
-        least, widest = self._ends(self.members.swing)
-        swing = self._three(self.members.swing)[2]
-        swing = np.maximum(widest - swing, swing - least)
-        sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
-        arc_displacement = np.maximum(low[:, 3], high[:, 3]) * swing
-        along, across = base + rocker + sine * arc_displacement, sine * rocker + arc_displacement
-        return np.maximum(crank, along), np.maximum(crank, across)
+            return out
+        kind, gain, square = self.family.kind, self.family.gain.value, self.family.gain.square
+        base, _, rocker, n, m, _, _ = np.moveaxis(np.stack(self._three(self.members.coefficients)[:2]), -1, 0)
+        y, n, m = base / rocker, np.abs(n) / rocker, m / rocker**2
+        w, crank, rocker = base * n, *(np.stack(self._three(self.lengths[:, k])[:2]) for k in (0, 3))
+        s, step, least_w, least_m = gain - 1.0, (y[1] - y[0]) ** 2 / 8.0, w.min(axis=0), m.min(axis=0)
+        if kind.rocker_sign < 0.0:
+            out[:, 0] = np.diff(np.sqrt(crank + s), axis=0)[0] ** 2
+        out[:, 1] = np.diff(np.sqrt(rocker), axis=0)[0] ** 2
+        deficit = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
+        out[:, 2] = 2.0 * rocker.max(axis=0) * np.sin(0.5 * deficit) ** 2
+        bend = np.abs(6.0 * n - 4.0 * kind.crank_sign * w).max(axis=0) / least_w**4
+        out[:, 3] = 2.0 * square * s * step * bend
+        bend = 6.0 / least_w**2 + 4.0 * y.max(axis=0) / (least_m * least_w) + square / least_m**2
+        largest = 2.0 * gain * s * np.sqrt((square - 1.0) * m.max(axis=0)) / least_w**2
+        out[:, 4] = largest * step * bend
+        return out * (1.0 + 1e-9)
 
     @cached_property
     def crank(self) -> Array:
@@ -116,15 +122,14 @@ class Quantities:
     @cached_property
     def radius(self) -> Array:
         if self._single:
-            return enclosing_radii(self._outlines)
-        low, high, middle = self._three(self.members.coefficients)
-        swing_deficits = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
-        bounds = radius_lower_bounds(low, middle, high, self._outlines, swing_deficits, self.family.gain.value)
-        return bounds * (1.0 - 1e-12)
+            return enclosing_radii(self._outlines[2])
+        low, high, middle = self._outlines
+        return radius_lower_bounds(middle, low, high, self._deductions) * (1.0 - 1e-12)
 
     def _boxes(self, scale: Array, *search: float) -> Array:
         """Minima of ``OrientationSearch`` at these V."""
-        return minimum_boxes(self._outlines, scale, *self._displacement_bounds, OrientationSearch(*search))[:, 0]
+        low, high, middle = self._outlines
+        return minimum_boxes(middle, low, high, self._deductions, scale, OrientationSearch(*search))[:, 0]
 
     def misfit(self, room: tuple[float, float]) -> Array:
         """The minimum over orientations of max(W/width, H/height) per V without pads."""

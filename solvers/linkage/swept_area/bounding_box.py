@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.linkage.swept_area.outline import arc_ends, corner_directions, extent_sinusoids, extents
+from solvers.linkage.swept_area.outline import corner_directions, extent_sinusoids, extents, touched_parts
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -38,9 +38,10 @@ class Box:
 
 def minimum_box(outline: Array, pad: float, width: float = math.inf, height: float = math.inf) -> Box | None:
     """The box of minimum area within width and height, to ``BOX_TOLERANCE``; None if none fits."""
-    none, pads = np.zeros(1), 2.0 * pad
+    pads, outlines = 2.0 * pad, outline[None]
     search = OrientationSearch(width, height, 0.0, 0.0, pads, BOX_TOLERANCE, math.inf)
-    area, angle, swapped = minimum_boxes(outline[None], none + 1.0, none, none, search)[0].tolist()
+    boxes = minimum_boxes(outlines, outlines, outlines, np.zeros((1, 5)), np.ones(1), search)
+    area, angle, swapped = boxes[0].tolist()
     if not math.isfinite(area):
         return None
     along, across = (side + pads for side in extents(outline, angle))
@@ -67,110 +68,144 @@ class OrientationSearch(NamedTuple):
     cutoff: float
 
 
+Limits = tuple[float, float, float, float]
+Sinusoids = tuple[float, float, float, float, float, float]
+Extremes = tuple[float, float, float, float]
+"""W and H of both outlines between which all others lie."""
+
+
 @kernel
-def _minimum(outline: Array, along: float, across: float, search: OrientationSearch) -> tuple[float, float, bool]:
+def _minimum(outlines: Array, deductions: Array, search: OrientationSearch) -> tuple[float, float, bool]:
     """Minimum, its orientation, and whether pi/2 is to be added to that; inf if no box fits.
 
-    W and H are lower bounds for outlines that deviate from this one by up to ``along`` in the base's direction and
-    ``across`` perpendicular to it.
+    ``outlines`` and ``deductions`` as in ``minimum_boxes``, of one range at its scale, (3, 8) and (5,).
     """
-    edges = corner_directions(outline)
+    edges = corner_directions(outlines[0])
     upright = search.width, search.height, search.per_width, search.per_height
     turned = search.height, search.width, search.per_height, search.per_width
-    best, at = _minimum_near_base_line(outline, edges, along, across, search, upright, math.inf)
+    best, at = _minimum_near_base_line(outlines, deductions, edges, search, upright, math.inf)
     if upright == turned:
         return best, at, False
-    turned_best, turned_at = _minimum_near_base_line(outline, edges, along, across, search, turned, best)
+    turned_best, turned_at = _minimum_near_base_line(outlines, deductions, edges, search, turned, best)
     return (turned_best, turned_at, True) if turned_best < best else (best, at, False)
 
 
 @kernel
+def _least(sides: Extremes, per_w: float, per_h: float) -> float:
+    """Minimum between two outlines: an area, positive, at one of them, a misfit also where W and H are equal in it."""
+    w0, h0, w1, h1 = sides
+    if per_w == 0.0 and per_h == 0.0:
+        return min(w0 * h0, w1 * h1)
+    w0, h0, w1, h1 = w0 * per_w, h0 * per_h, w1 * per_w, h1 * per_h
+    least, excess, other_excess = min(max(w0, h0), max(w1, h1)), w0 - h0, w1 - h1
+    if excess * other_excess < 0.0:
+        least = min(least, (excess * w1 - other_excess * w0) / (excess - other_excess))
+    return least
+
+
+@kernel
+def _value(sides: Extremes, limits: Limits, floor: float) -> float:
+    """``_least`` if W and H are within their limits, else inf."""
+    most_w, most_h, per_w, per_h = limits
+    if min(sides[0], sides[2]) > most_w or min(sides[1], sides[3]) > most_h:
+        return math.inf
+    return _least(_floored(sides, floor), per_w, per_h)
+
+
+@kernel
 def _minimum_near_base_line(
-    outline: Array,
+    outlines: Array,
+    deductions: Array,
     edges: Array,
-    along: float,
-    across: float,
     search: OrientationSearch,
-    sides: tuple[float, float, float, float],
+    limits: Limits,
     best: float,
 ) -> tuple[float, float]:
     """``_minimum`` for orientations within pi/4 of the base line; ``best`` is the incumbent."""
-    tips, at = arc_ends(outline), 0.0
-    most_w, most_h, per_w, per_h = sides
-    area = per_w == 0.0 and per_h == 0.0
-    left_ends, right_ends = np.empty(_STACK), np.empty(_STACK)
+    _, _, per_w, per_h = limits
+    area, at, pads = per_w == 0.0 and per_h == 0.0, 0.0, search.pads
+    # No side is less than twice the crank.
+    floor = 2.0 * min(outlines[1, 0], outlines[2, 0]) + pads
+    # Right ends of the intervals that remain; the first begins at ``left``.
+    right_ends = np.empty(_STACK)
     for k in range(edges.size - 1):
-        if not edges[k + 1] > edges[k]:
+        left, right = edges[k], edges[k + 1]
+        if not right > left:
             continue
-        middle = 0.5 * (edges[k] + edges[k + 1])
-        wc, wx, wy, hc, hx, hy = extent_sinusoids(outline, tips, middle)
-        # Less 2 (along |n_x| + across |n_y|), n their directions; signs change at multiples of pi/2, which are corners.
-        c, s = math.copysign(2.0, math.cos(middle)), math.copysign(2.0, math.sin(middle))
-        wx, wy, hx, hy = wx - c * along, wy - s * across, hx - c * across, hy - s * along
-        wc, hc = wc + search.pads, hc + search.pads
-        w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
-        curvature_bound = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
-        left_ends[0], right_ends[0] = edges[k], edges[k + 1]
-        depth = 1
+        middle = 0.5 * (left + right)
+        parts = touched_parts(outlines[0], middle)
+        first = extent_sinusoids(outlines[1], deductions, parts, middle)
+        second = extent_sinusoids(outlines[2], deductions, parts, middle)
+        bend_w, bend_h = math.hypot(first[1], first[2]), math.hypot(first[4], first[5])
+        more_w, more_h = math.hypot(second[1], second[2]), math.hypot(second[4], second[5])
+        greater_w, greater_h = max(bend_w, more_w), max(bend_h, more_h)
+        wc, hc = max(abs(first[0]), abs(second[0])) + pads, max(abs(first[3]), abs(second[3])) + pads
+        curvature_bound = (wc * greater_h + hc * greater_w + 2.0 * greater_w * greater_h) / 8.0
+        at_left, right_ends[0], depth = _extremes(first, second, left, pads), right, 1
         while depth:
-            depth -= 1
-            left, right = left_ends[depth], right_ends[depth]
-            cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
-            wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
-            wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
-            left_value, right_value = wl * hl, wr * hr
-            if not area:
-                left_value, right_value = max(wl * per_w, hl * per_h), max(wr * per_w, hr * per_h)
-            if wl <= most_w and hl <= most_h and left_value < best:
+            right = right_ends[depth - 1]
+            at_right, step = _extremes(first, second, right, pads), (right - left) ** 2
+            left_value, right_value = _value(at_left, limits, floor), _value(at_right, limits, floor)
+            if left_value < best:
                 best, at = left_value, left
-            if wr <= most_w and hr <= most_h and right_value < best:
+            if right_value < best:
                 best, at = right_value, right
-            if best <= 0.0:
-                # Only outlines with a large deviation reach such low values; the bound is then useless.
-                return 0.0, at
-            step = (right - left) ** 2
-            narrowest, lowest = min(wl, wr) - step / 8.0 * w1, min(hl, hr) - step / 8.0 * h1
-            if narrowest > most_w or lowest > most_h:
-                continue
-            lower_bound = max(narrowest * per_w, lowest * per_h)
-            if area:
-                lower_bound = min(left_value, right_value) - step * curvature_bound
-            if lower_bound >= search.cutoff or (
-                best < search.cutoff and lower_bound >= best * (1.0 - search.tolerance)
-            ):
-                continue
-            if step < 1e-28 or depth + 2 > _STACK:
-                continue
-            middle = 0.5 * (left + right)
-            left_ends[depth], right_ends[depth] = left, middle
-            left_ends[depth + 1], right_ends[depth + 1] = middle, right
-            depth += 2
+            lowest = (
+                min(at_left[0], at_right[0]) - step / 8.0 * bend_w,
+                min(at_left[1], at_right[1]) - step / 8.0 * bend_h,
+                min(at_left[2], at_right[2]) - step / 8.0 * more_w,
+                min(at_left[3], at_right[3]) - step / 8.0 * more_h,
+            )
+            lower_bound = _value(lowest, limits, floor)
+            if area and min(min(lowest[0], lowest[1]), min(lowest[2], lowest[3])) > 0.0:
+                ends = min(_least(at_left, per_w, per_h), _least(at_right, per_w, per_h))
+                lower_bound = max(lower_bound, ends - step * curvature_bound)
+            improvable = lower_bound < search.cutoff and (
+                best >= search.cutoff or lower_bound < best * (1.0 - search.tolerance)
+            )
+            if improvable and step >= 1e-28 and depth < _STACK:
+                right_ends[depth], depth = 0.5 * (left + right), depth + 1
+            else:
+                left, at_left, depth = right, at_right, depth - 1
     return best, at
 
 
 @kernel
-def minimum_boxes(outlines: Array, scale: Array, along: Array, across: Array, search: OrientationSearch) -> Array:
-    """Minimum of every outline at its scale, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is to
-    be added to that.
+def _extremes(first: Sinusoids, second: Sinusoids, angle: float, pads: float) -> Extremes:
+    """W and H of both outlines at a direction, with pads."""
+    c, s = math.cos(angle), math.sin(angle)
+    return (
+        first[0] + pads + first[1] * c + first[2] * s,
+        first[3] + pads + first[4] * c + first[5] * s,
+        second[0] + pads + second[1] * c + second[2] * s,
+        second[3] + pads + second[4] * c + second[5] * s,
+    )
 
-    ``along`` and ``across`` [per scale] as in ``_minimum``. The value is 0 if W and H could both vanish within the
-    deviation.
+
+@kernel
+def _floored(sides: Extremes, floor: float) -> Extremes:
+    return max(sides[0], floor), max(sides[1], floor), max(sides[2], floor), max(sides[3], floor)
+
+
+@kernel
+def minimum_boxes(
+    within: Array, low: Array, high: Array, deductions: Array, scale: Array, search: OrientationSearch
+) -> Array:
+    """Minima over ranges of outlines at a scale, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is
+    to be added to that.
+
+    ``within``, ``low`` and ``high`` are outlines of the range and of its ends, (n, 8) each. Between the ends the extent
+    of no part falls below the linear interpolation by more than ``deductions``, (n, 5): of crank and rocker, for arcs
+    that end earlier, and of the arc's other end along and across the base. In between are lower bounds, over a range
+    of one outline without deductions its own values.
     """
-    out = np.full((scale.size, 3), np.inf)
+    out, outlines = np.full((scale.size, 3), np.inf), np.empty((3, 8))
     for i in range(scale.size):
         if not math.isfinite(scale[i]):
             continue
-        outline = outlines[i].copy()
-        for k in range(6):
-            outline[k] *= scale[i]
-        deviation = along[i] * scale[i], across[i] * scale[i]
-        # Each side of a box is at least twice the crank, so W + H stays positive: the lower bounds of W and H are not
-        # both negative, and their product is a lower bound of the area.
-        area = search.per_width == 0.0 and search.per_height == 0.0
-        if area and 2.0 * outline[0] + search.pads <= math.sqrt(2.0) * (deviation[0] + deviation[1]):
-            out[i, 0] = 0.0
-            continue
-        # W and H already include the pads minus the deviation, so they are compared with the limits directly.
-        value, angle, swapped = _minimum(outline, deviation[0], deviation[1], search)
+        outlines[0], outlines[1], outlines[2] = within[i], low[i], high[i]
+        outlines[:, :6] *= scale[i]
+        # W and H already include the pads minus the deductions, so they are compared with the limits directly.
+        value, angle, swapped = _minimum(outlines, scale[i] * deductions[i], search)
         out[i, 0], out[i, 1], out[i, 2] = value, angle, 1.0 if swapped else 0.0
     return out

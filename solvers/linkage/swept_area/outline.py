@@ -53,22 +53,40 @@ def arc_ends(outline: Array) -> tuple[float, float, float, float]:
 
 
 @kernel
-def _support(
-    outline: Array, tips: tuple[float, float, float, float], beta: float, cos: float, sin: float
-) -> tuple[float, float, float]:
-    """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
+def touched_part(outline: Array, beta: float, cos: float, sin: float) -> int:
+    """The part of the outline that is touched at beta: the crank's circle 0, the rocker's pivot 1, the arc's end at the
+    blow 2, its other end 3, the arc 4."""
     r, base, rocker, _, _, _, first, last = outline
-    support, constant, x, y = r, r, 0.0, 0.0
+    x, y, end_x, end_y = arc_ends(outline)
+    support, part = r, 0
     if base * cos > support:
-        support, constant, x, y = base * cos, 0.0, base, 0.0
-    for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
-        projection = px * cos + py * sin
-        if projection > support:
-            support, constant, x, y = projection, 0.0, px, py
-    arc_angle = (beta - first) % (2.0 * math.pi)
-    if arc_angle <= last - first and base * cos + rocker > support:
-        constant, x, y = rocker, base, 0.0
-    return constant, x, y
+        support, part = base * cos, 1
+    if x * cos + y * sin > support:
+        support, part = x * cos + y * sin, 2
+    if end_x * cos + end_y * sin > support:
+        support, part = end_x * cos + end_y * sin, 3
+    if (beta - first) % (2.0 * math.pi) <= last - first and base * cos + rocker > support:
+        part = 4
+    return part
+
+
+@kernel
+def part_extent(outline: Array, deductions: Array, part: int, cos: float, sin: float) -> tuple[float, float, float]:
+    """Constant and coefficients of cos(beta), sin(beta) of a part's extent, less ``deductions``, in a quadrant of beta
+    given by the signs of its cosine and sine."""
+    r, base, rocker, blow, _, _, _, _ = outline
+    crank_less, rocker_less, swing_less, along_less, rise_less = deductions
+    if part == 0:
+        return r - crank_less, 0.0, 0.0
+    x, y, end_x, end_y = arc_ends(outline)
+    outward = blow > base
+    if part == 1:
+        return 0.0, base if outward else base - rocker_less, 0.0
+    if part == 2:
+        return 0.0, x, y
+    if part == 3:
+        return 0.0, end_x - math.copysign(along_less, cos), end_y - math.copysign(rise_less, sin)
+    return rocker - rocker_less - swing_less, base + rocker_less if outward else base - rocker_less, 0.0
 
 
 @kernel
@@ -120,21 +138,34 @@ def corner_directions(outline: Array) -> Array:
 
 
 @kernel
-def extent_sinusoids(
-    outline: Array, tips: tuple[float, float, float, float], middle: float
-) -> tuple[float, float, float, float, float, float]:
-    """W and H near a direction: constants and the coefficients of cos(alpha), sin(alpha)."""
+def touched_parts(outline: Array, middle: float) -> tuple[int, int, int, int]:
+    """The parts between which the outline's W and H are measured near a direction."""
     cos, sin = math.cos(middle), math.sin(middle)
-    c1, x1, y1 = _support(outline, tips, middle, cos, sin)
-    c2, x2, y2 = _support(outline, tips, middle + math.pi, -cos, -sin)
-    c3, x3, y3 = _support(outline, tips, middle + 0.5 * math.pi, -sin, cos)
-    c4, x4, y4 = _support(outline, tips, middle + 1.5 * math.pi, sin, -cos)
+    return (
+        touched_part(outline, middle, cos, sin),
+        touched_part(outline, middle + math.pi, -cos, -sin),
+        touched_part(outline, middle + 0.5 * math.pi, -sin, cos),
+        touched_part(outline, middle + 1.5 * math.pi, sin, -cos),
+    )
+
+
+@kernel
+def extent_sinusoids(
+    outline: Array, deductions: Array, parts: tuple[int, int, int, int], middle: float
+) -> tuple[float, float, float, float, float, float]:
+    """W and H between these parts, less ``deductions``, near a direction: constants and the coefficients of cos(alpha),
+    sin(alpha)."""
+    cos, sin = math.cos(middle), math.sin(middle)
+    c1, x1, y1 = part_extent(outline, deductions, parts[0], cos, sin)
+    c2, x2, y2 = part_extent(outline, deductions, parts[1], -cos, -sin)
+    c3, x3, y3 = part_extent(outline, deductions, parts[2], -sin, cos)
+    c4, x4, y4 = part_extent(outline, deductions, parts[3], sin, -cos)
     return c1 + c2, x1 - x2, y1 - y2, c3 + c4, y3 - y4, x4 - x3
 
 
 @kernel
 def extents(outline: Array, angle: float) -> tuple[float, float]:
     """W and H at a direction, without pads."""
-    wc, wx, wy, hc, hx, hy = extent_sinusoids(outline, arc_ends(outline), angle)
+    wc, wx, wy, hc, hx, hy = extent_sinusoids(outline, np.zeros(5), touched_parts(outline, angle), angle)
     cos, sin = math.cos(angle), math.sin(angle)
     return wc + wx * cos + wy * sin, hc + hx * cos + hy * sin

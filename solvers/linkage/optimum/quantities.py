@@ -1,14 +1,11 @@
 """Lower bounds of the output quantities over ranges of members, and the scales at which a member is feasible.
 
 Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
-(``family``). No point of the swept outline of a member is farther from that of the midpoint of the range than
-
-    d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
-    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: its maximum over the arc,
-
-along and across the base, so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base
-hardly affects the height. Enclosing radius and peak loads: see ``radius_bounds`` and ``load_bounds``. Over a range that
-is a single member all bounds are its own quantities.
+(``family``). The extents of the outline's parts (``swept_area.outline``) lie above their linear interpolation in y
+(``load_bounds``) between the ends, up to deductions that decrease by the square of the range's width: a function f of y
+lies below its chord by at most (sqrt(f1) - sqrt(f2))^2 if f ~ 1/x with x linear in y, and by max|f''| (y1 - y2)^2/8 in
+general. Thus both ends bound boxes (``bounding_box``) and circles (``radius_bounds``). Over a range that is a single
+member all bounds are its own quantities.
 """
 
 from __future__ import annotations
@@ -90,7 +87,15 @@ class Quantities:
 
     @cached_property
     def _deductions(self) -> Array:
-        """How far lengths may be off the linear interpolation in y between the ends, per V (see above): (n, 5)."""
+        """How far extents may be below the linear interpolation in y between the ends, per V: (n, 5), as in
+        ``minimum_boxes``.
+
+            l1 = s y/w = sigma s (1 - g^2/w),  l3 = s/n,  l0 = n_0 - sigma l3,  n_0 = sigma |N| l1 constant,
+            away = 2 g^2 s n/w^2,  rise = 2 g s sqrt((g^2 - 1) m)/w^2
+
+        The arc's extent is n_0 cos(beta) + l3 (1 - sigma cos(beta)). Where it ends earlier than in the middle, by a
+        swing smaller by d, its end reaches as far up to l3 (1 - cos(d)).
+        """
         out = np.zeros((self.low.size, 5))
         if self._single:
             return out
@@ -126,23 +131,23 @@ class Quantities:
         low, high, middle = self._outlines
         return radius_lower_bounds(middle, low, high, self._deductions) * (1.0 - 1e-12)
 
-    def _boxes(self, scale: Array, *search: float) -> Array:
-        """Minima of ``OrientationSearch`` at these V."""
+    def _boxes(self, scale: Array, loose: float, cutoff: float, *search: float) -> Array:
+        """Minima of ``OrientationSearch`` at these V, for ranges to a ``loose`` tolerance."""
+        tolerance = 0.0 if self._single else loose
+        search = OrientationSearch(*search, max(tolerance, BOX_TOLERANCE), cutoff)
         low, high, middle = self._outlines
-        return minimum_boxes(middle, low, high, self._deductions, scale, OrientationSearch(*search))[:, 0]
+        found = minimum_boxes(middle, low, high, self._deductions, scale, search)[:, 0]
+        return np.where(found < cutoff, found * (1.0 - tolerance), found)
 
     def misfit(self, room: tuple[float, float]) -> Array:
         """The minimum over orientations of max(W/width, H/height) per V without pads."""
-        tolerance = BOX_TOLERANCE if self._single else _FIT_TOLERANCE
         weights = (1.0 / side for side in room)
-        found = self._boxes(np.ones_like(self.low), math.inf, math.inf, *weights, 0.0, tolerance, math.inf)
-        return np.maximum(found * (1.0 - tolerance), 0.0)
+        return self._boxes(np.ones_like(self.low), _FIT_TOLERANCE, math.inf, math.inf, math.inf, *weights, 0.0)
 
     def side(self, scale: Array, other: float) -> Array:
         """The minimum of a box's side at a V if the other side is at most ``other``; inf if there is no such box."""
-        tolerance, pads = BOX_TOLERANCE if self._single else _FIT_TOLERANCE, 2.0 * self.problem.limits.joint_radius
-        found = self._boxes(scale, other * (1.0 + 1e-12), math.inf, 0.0, 1.0, pads, tolerance, math.inf)
-        return np.maximum(found * (1.0 - tolerance), 0.0)
+        pads = 2.0 * self.problem.limits.joint_radius
+        return self._boxes(scale, _FIT_TOLERANCE, math.inf, other * (1.0 + 1e-12), math.inf, 0.0, 1.0, pads)
 
     def _peak(self, which: int) -> Array:
         low, high, middle = self._three(self.members.coefficients)
@@ -192,12 +197,10 @@ class Quantities:
     def area(self, scale: Array) -> Array:
         """Minimum box area at a V; inf if no orientation keeps within width and height."""
         limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
-        tolerance = BOX_TOLERANCE if self._single else _AREA_TOLERANCE
         room = (side * (1.0 + 1e-12) for side in limits.sides)
-        areas = self._boxes(scale, *room, 0.0, 0.0, pads, tolerance, self.cutoff)
+        areas = self._boxes(scale, _AREA_TOLERANCE, self.cutoff, *room, 0.0, 0.0, pads)
         if self._single:
             return areas
-        areas = np.where(areas < self.cutoff, areas * (1.0 - tolerance), areas)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).
         crank, base = self._ends(self.lengths[:, :2])[0].T

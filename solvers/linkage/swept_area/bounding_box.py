@@ -91,16 +91,19 @@ def _minimum(outlines: Array, deductions: Array, search: OrientationSearch) -> t
 
 
 @kernel
-def _least(sides: Extremes, per_w: float, per_h: float) -> float:
-    """Minimum between two outlines: an area, positive, at one of them, a misfit also where W and H are equal in it."""
+def _least(sides: Extremes, floor: float, per_w: float, per_h: float) -> float:
+    """Minimum between two outlines: an area at one of them, a misfit also where W and H are equal. No side is below
+    ``floor``."""
     w0, h0, w1, h1 = sides
     if per_w == 0.0 and per_h == 0.0:
-        return min(w0 * h0, w1 * h1)
+        if min(min(w0, h0), min(w1, h1)) > floor:
+            return min(w0 * h0, w1 * h1)
+        return max(min(w0, w1), floor) * max(min(h0, h1), floor)
     w0, h0, w1, h1 = w0 * per_w, h0 * per_h, w1 * per_w, h1 * per_h
     least, excess, other_excess = min(max(w0, h0), max(w1, h1)), w0 - h0, w1 - h1
     if excess * other_excess < 0.0:
         least = min(least, (excess * w1 - other_excess * w0) / (excess - other_excess))
-    return least
+    return max(least, floor * max(per_w, per_h))
 
 
 @kernel
@@ -109,7 +112,7 @@ def _value(sides: Extremes, limits: Limits, floor: float) -> float:
     most_w, most_h, per_w, per_h = limits
     if min(sides[0], sides[2]) > most_w or min(sides[1], sides[3]) > most_h:
         return math.inf
-    return _least(_floored(sides, floor), per_w, per_h)
+    return _least(sides, floor, per_w, per_h)
 
 
 @kernel
@@ -158,7 +161,7 @@ def _minimum_near_base_line(
             )
             lower_bound = _value(lowest, limits, floor)
             if area and min(min(lowest[0], lowest[1]), min(lowest[2], lowest[3])) > 0.0:
-                ends = min(_least(at_left, per_w, per_h), _least(at_right, per_w, per_h))
+                ends = min(_least(at_left, 0.0, per_w, per_h), _least(at_right, 0.0, per_w, per_h))
                 lower_bound = max(lower_bound, ends - step * curvature_bound)
             improvable = lower_bound < search.cutoff and (
                 best >= search.cutoff or lower_bound < best * (1.0 - search.tolerance)
@@ -180,11 +183,6 @@ def _extremes(first: Sinusoids, second: Sinusoids, angle: float, pads: float) ->
         second[0] + pads + second[1] * c + second[2] * s,
         second[3] + pads + second[4] * c + second[5] * s,
     )
-
-
-@kernel
-def _floored(sides: Extremes, floor: float) -> Extremes:
-    return max(sides[0], floor), max(sides[1], floor), max(sides[2], floor), max(sides[3], floor)
 
 
 @kernel

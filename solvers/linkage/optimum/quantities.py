@@ -198,15 +198,7 @@ class Quantities:
         """Minimum box area at a V; inf if no orientation keeps within width and height."""
         limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
         room = (side * (1.0 + 1e-12) for side in limits.sides)
-        areas = self._boxes(scale, _AREA_TOLERANCE, self.cutoff, *room, 0.0, 0.0, pads)
-        if self._single:
-            return areas
-        # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
-        # least the base over sqrt(2).
-        crank, base = self._ends(self.lengths[:, :2])[0].T
-        with np.errstate(invalid="ignore"):
-            side = 2.0 * crank * scale + pads
-            return np.fmax(areas, side * np.maximum(side, base * scale / math.sqrt(2.0) + pads))
+        return self._boxes(scale, _AREA_TOLERANCE, self.cutoff, *room, 0.0, 0.0, pads)
 
     @property
     def cost(self) -> Array:

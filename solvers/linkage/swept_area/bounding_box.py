@@ -91,10 +91,13 @@ def _minimum(outlines: Array, deductions: Array, search: OrientationSearch) -> t
 
 
 @kernel
-def _least(sides: Extremes, floor: float, per_w: float, per_h: float) -> float:
+def _least(sides: Extremes, limits: Limits, floor: float) -> float:
     """Minimum between two outlines: an area at one of them, a misfit also where W and H are equal. No side is below
-    ``floor``."""
+    ``floor``; inf where one exceeds its limit."""
     w0, h0, w1, h1 = sides
+    most_w, most_h, per_w, per_h = limits
+    if min(w0, w1) > most_w or min(h0, h1) > most_h:
+        return math.inf
     if per_w == 0.0 and per_h == 0.0:
         if min(min(w0, h0), min(w1, h1)) > floor:
             return min(w0 * h0, w1 * h1)
@@ -107,15 +110,6 @@ def _least(sides: Extremes, floor: float, per_w: float, per_h: float) -> float:
 
 
 @kernel
-def _value(sides: Extremes, limits: Limits, floor: float) -> float:
-    """``_least`` if W and H are within their limits, else inf."""
-    most_w, most_h, per_w, per_h = limits
-    if min(sides[0], sides[2]) > most_w or min(sides[1], sides[3]) > most_h:
-        return math.inf
-    return _least(sides, floor, per_w, per_h)
-
-
-@kernel
 def _minimum_near_base_line(
     outlines: Array,
     deductions: Array,
@@ -125,8 +119,7 @@ def _minimum_near_base_line(
     best: float,
 ) -> tuple[float, float]:
     """``_minimum`` for orientations within pi/4 of the base line; ``best`` is the incumbent."""
-    _, _, per_w, per_h = limits
-    area, at, pads = per_w == 0.0 and per_h == 0.0, 0.0, search.pads
+    area, at, pads = search.per_width == 0.0 and search.per_height == 0.0, 0.0, search.pads
     # No side is less than twice the crank.
     floor = 2.0 * min(outlines[1, 0], outlines[2, 0]) + pads
     # Right ends of the intervals that remain; the first begins at ``left``.
@@ -148,7 +141,7 @@ def _minimum_near_base_line(
         while depth:
             right = right_ends[depth - 1]
             at_right, step = _extremes(first, second, right, pads), (right - left) ** 2
-            left_value, right_value = _value(at_left, limits, floor), _value(at_right, limits, floor)
+            left_value, right_value = _least(at_left, limits, floor), _least(at_right, limits, floor)
             if left_value < best:
                 best, at = left_value, left
             if right_value < best:
@@ -159,9 +152,10 @@ def _minimum_near_base_line(
                 min(at_left[2], at_right[2]) - step / 8.0 * more_w,
                 min(at_left[3], at_right[3]) - step / 8.0 * more_h,
             )
-            lower_bound = _value(lowest, limits, floor)
+            lower_bound = _least(lowest, limits, floor)
             if area and min(min(lowest[0], lowest[1]), min(lowest[2], lowest[3])) > 0.0:
-                ends = min(_least(at_left, 0.0, per_w, per_h), _least(at_right, 0.0, per_w, per_h))
+                ends = min(at_left[0] * at_left[1], at_left[2] * at_left[3])
+                ends = min(ends, min(at_right[0] * at_right[1], at_right[2] * at_right[3]))
                 lower_bound = max(lower_bound, ends - step * curvature_bound)
             improvable = lower_bound < search.cutoff and (
                 best >= search.cutoff or lower_bound < best * (1.0 - search.tolerance)

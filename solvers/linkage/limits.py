@@ -26,7 +26,7 @@ class Limits:
     @property
     def sides(self) -> tuple[float, float]:
         """Width and height, inf if not limited."""
-        return tuple(math.inf if side is None else side for side in (self.width, self.height))
+        return math.inf if self.width is None else self.width, math.inf if self.height is None else self.height
 
     @property
     def sized(self) -> bool:

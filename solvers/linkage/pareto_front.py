@@ -84,13 +84,9 @@ def front(
     for limit in np.geomspace(low, high, points)[1:-1]:
         tightened = replace(problem.limits, **{AGAINST[against]: float(limit)})
         found.append(point(replace(problem, limits=tightened)))
-    return tuple(_without_repeats([each for each in found if each is not None]))
-
-
-def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:
-    """Points ordered by the second quantity, without dominated ones."""
+    # By increasing second quantity, without dominated ones.
     kept: list[FrontPoint] = []
-    for point in sorted(points, key=lambda p: (p.against, p.objective)):
-        if not kept or point.objective < kept[-1].objective * (1.0 - _ROUNDING):
-            kept.append(point)
-    return kept
+    for each in sorted((each for each in found if each is not None), key=lambda p: (p.against, p.objective)):
+        if not kept or each.objective < kept[-1].objective * (1.0 - _ROUNDING):
+            kept.append(each)
+    return tuple(kept)

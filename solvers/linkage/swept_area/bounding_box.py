@@ -19,6 +19,8 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
 _STACK = 4096
+_EXACT, _UNIT = np.zeros((1, 5)), np.ones(1)
+"""Deductions and scale of one outline."""
 BOX_TOLERANCE = 1e-13
 """Relative tolerance of a box's area, this sharp because it costs microseconds only."""
 
@@ -40,11 +42,11 @@ def minimum_box(outline: Array, pad: float, width: float = math.inf, height: flo
     """The box of minimum area within width and height, to ``BOX_TOLERANCE``; None if none fits."""
     pads, outlines = 2.0 * pad, outline[None]
     search = OrientationSearch(width, height, 0.0, 0.0, pads, BOX_TOLERANCE, math.inf)
-    boxes = minimum_boxes(outlines, outlines, outlines, np.zeros((1, 5)), np.ones(1), search)
-    area, angle, swapped = boxes[0].tolist()
+    area, angle, swapped = minimum_boxes(outlines, outlines, outlines, _EXACT, _UNIT, search)[0].tolist()
     if not math.isfinite(area):
         return None
-    along, across = (side + pads for side in extents(outline, angle))
+    along, across = extents(outline, angle)
+    along, across = along + pads, across + pads
     free = math.isinf(width) and math.isinf(height)
     if swapped or (free and angle < 0.0):
         return Box(across, along, angle + 0.5 * math.pi)
@@ -138,14 +140,15 @@ def _minimum_near_base_line(
         wc, hc = max(abs(first[0]), abs(second[0])) + pads, max(abs(first[3]), abs(second[3])) + pads
         curvature_bound = (wc * greater_h + hc * greater_w + 2.0 * greater_w * greater_h) / 8.0
         at_left, right_ends[0], depth = _extremes(first, second, left, pads), right, 1
+        value = _least(at_left, limits, floor)
+        if value < best:
+            best, at = value, left
         while depth:
             right = right_ends[depth - 1]
             at_right, step = _extremes(first, second, right, pads), (right - left) ** 2
-            left_value, right_value = _least(at_left, limits, floor), _least(at_right, limits, floor)
-            if left_value < best:
-                best, at = left_value, left
-            if right_value < best:
-                best, at = right_value, right
+            value = _least(at_right, limits, floor)
+            if value < best:
+                best, at = value, right
             lowest = (
                 min(at_left[0], at_right[0]) - step / 8.0 * bend_w,
                 min(at_left[1], at_right[1]) - step / 8.0 * bend_h,

@@ -328,15 +328,17 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     fitted = problem(scene, limits, "impact_speed", kind)
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     rng = np.random.default_rng(5)
-    low = rng.uniform(-9.0, 5.0, 60)
-    high = low + 10 ** rng.uniform(-4.0, -0.3, 60)
-    scale = np.full(60, subproblem.fixed_scale)
+    low = rng.uniform(-9.0, 5.0, 300)
+    high = low + 10 ** rng.uniform(-4.0, -0.1, 300)
+    scale = np.full(300, subproblem.fixed_scale)
     area = Quantities(subproblem, family, low, high, math.inf).area(scale)
+    side = Quantities(subproblem, family, low, high, math.inf).side(scale, 0.3)
     ranges = Quantities(fitted, family, low, high, math.inf)
     for share in SHARES:
         q = low + share * (high - low)
         member = of_members(subproblem, family, q)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
+        assert np.all(side <= member.side(scale, 0.3) * (1 + 1e-9))
         assert np.all(ranges.misfit(fitted.room) <= of_members(fitted, family, q).misfit(fitted.room) * (1 + 1e-9))
 
 

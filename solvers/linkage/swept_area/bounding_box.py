@@ -2,7 +2,8 @@
 
 Between the corners of an outline's pieces (``outline``) the area f = W H has a bounded second derivative, so
 f >= min(ends) - (step)^2/8 max|f''| prunes all but the neighbourhood of the minimum. The box found is within a given
-relative tolerance of the global minimum. Likewise for max(W/width, H/height), the misfit of a box.
+relative tolerance of the global minimum. Likewise for max(W/width, H/height), the misfit of a box, and for lower bounds
+of both over ranges of outlines that lie between two of them: there the product of W and H is least at one of both.
 Lengths in any consistent unit; angles in rad, from the base line.
 """
 

@@ -20,7 +20,7 @@ from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
 from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
 from solvers.linkage.optimum.infeasibility import diagnose
 from solvers.linkage.optimum.quantities import EXCESS, Quantities
-from solvers.linkage.problem import LinkageProblem
+from solvers.linkage.problem import BLOW_FREQUENCY, LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
@@ -128,13 +128,13 @@ def _refuse_unbounded(problem: LinkageProblem) -> None:
     boxed = limits.width is not None and limits.height is not None
     if boxed or limits.longest_link is not None or limits.enclosing_radius is not None:
         return
-    if not problem.objective.improves_with_lower_u31_end or problem.scene.tool_radius is None:
+    if problem.objective is not BLOW_FREQUENCY or problem.scene.tool_radius is None:
         return
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
         q = np.array(family.proof_range)
         ends = Quantities(problem, family, q, q)
-        if np.any((ends.u31_end[0] < _VANISHING) & np.less(*ends.scale)):
+        if np.any((ends.u31_end[0] < _VANISHING) & ends.fits):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require
 from solvers.linkage.limits import Limits, demands_of
@@ -32,7 +34,6 @@ class Objective:
     set_motion          returns the scene with the optimised speed or frequency, from the stroke v/omega [m]; None if
                         both are given
     improves_with_scale whether it improves as V increases
-    improves_with_lower_u31_end  whether, with a tool at its own radius, it improves as |u31(2 pi)| decreases
     """
 
     name: str
@@ -42,30 +43,17 @@ class Objective:
     effect: str | None = None
     set_motion: Callable[[Scene, float], Scene] | None = None
     improves_with_scale: bool = False
-    improves_with_lower_u31_end: bool = False
 
     def value(self, cost: float) -> float:
         """The objective [SI] from a cost, and vice versa."""
         return cost if self.sign > 0 else 1.0 / cost
 
 
-def _cost_of_speed(quantities: Any) -> Array:
-    stroke = quantities.problem.stroke(quantities.scale[1], quantities.u31_end[1])
-    return 1.0 / (quantities.problem.scene.crank_speed * stroke)
-
-
-def _cost_of_frequency(quantities: Any) -> Array:
-    stroke = quantities.problem.stroke(quantities.scale[0], quantities.u31_end[0])
-    return 2.0 * math.pi * stroke / quantities.problem.scene.impact_speed
-
-
-BOX_AREA = Objective("box_area", lambda q: q.area(q.scale[0]), lambda check, scene: check.box.area, effect="envelope")
-LONGEST_LINK = Objective(
-    "longest_link", lambda q: q.scale[0] * q.longest, lambda check, scene: max(check.mechanism.links)
-)
+BOX_AREA = Objective("box_area", lambda q: q.area(q.sizes), lambda check, scene: check.box.area, effect="envelope")
+LONGEST_LINK = Objective("longest_link", lambda q: q.longest(q.sizes), lambda check, scene: max(check.mechanism.links))
 ENCLOSING_RADIUS = Objective(
     "enclosing_radius",
-    lambda q: q.scale[0] * q.radius + q.problem.limits.joint_radius,
+    lambda q: q.radius(q.sizes) + q.problem.limits.joint_radius,
     lambda check, scene: check.enclosing_radius,
     effect="envelope",
 )
@@ -76,13 +64,13 @@ PEAK_TORQUE = Objective(
 )
 PIN_FORCE = Objective(
     "pin_force",
-    lambda q: q.problem.scene.impact_energy * q.force / q.scale[1],
+    lambda q: q.problem.scene.impact_energy * q.force / q.greatest,
     lambda check, scene: check.strike.peaks.force,
     improves_with_scale=True,
 )
 IMPACT_SPEED = Objective(
     "impact_speed",
-    _cost_of_speed,
+    lambda q: 1.0 / (q.problem.scene.crank_speed * q.problem.stroke(q.greatest, q.u31_end[1])),
     lambda check, scene: scene.impact_speed,
     sign=-1,
     set_motion=lambda scene, stroke: replace(scene, impact_speed=scene.crank_speed * stroke),
@@ -90,11 +78,10 @@ IMPACT_SPEED = Objective(
 )
 BLOW_FREQUENCY = Objective(
     "blow_frequency",
-    _cost_of_frequency,
+    lambda q: 2.0 * math.pi * q.problem.stroke(np.minimum(*q.sizes), q.u31_end[0]) / q.problem.scene.impact_speed,
     lambda check, scene: scene.blow_frequency,
     sign=-1,
     set_motion=lambda scene, stroke: replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke)),
-    improves_with_lower_u31_end=True,
 )
 OBJECTIVES: dict[str, Objective] = {
     objective.name: objective

@@ -53,24 +53,18 @@ class Gain:
     def excess_of(self, ratio: Number) -> Number:
         """ratio - g; for a float correctly rounded, however close the ratio is to g."""
         if isinstance(ratio, float):
-            numerator, denominator = self._exact
-            p, q = ratio.as_integer_ratio()
-            return (p * denominator - q * numerator) / (q * denominator)
+            return self._exact_excess(ratio, 1)
         return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
 
     def square_excess_of(self, ratio: Number) -> Number:
         """ratio - g^2, rounded likewise."""
-        if isinstance(ratio, float):
-            numerator, denominator = self._exact
-            p, q = ratio.as_integer_ratio()
-            return (p * denominator**2 - q * numerator**2) / (q * denominator**2)
-        return (ratio - 1.0) - self.square_minus_one
+        return self._exact_excess(ratio, 2) if isinstance(ratio, float) else (ratio - 1.0) - self.square_minus_one
 
-    @property
-    def _exact(self) -> tuple[int, int]:
-        """g as a ratio of integers, whose quotients Python rounds correctly."""
-        p, q = self.restitution.as_integer_ratio()
-        return q + p, q - p
+    def _exact_excess(self, ratio: float, power: int) -> float:
+        """ratio - g^power by ratios of integers, whose quotients Python rounds correctly."""
+        (p, q), (r, s) = ratio.as_integer_ratio(), self.restitution.as_integer_ratio()
+        numerator, denominator = (s + r) ** power, (s - r) ** power
+        return (p * denominator - q * numerator) / (q * denominator)
 
 
 @dataclass(frozen=True)

@@ -29,16 +29,12 @@ _CLOSURE_TOLERANCE = 1e-12
 class Closure:
     """The closure surplus in cranks and relative to the longest link."""
 
-    surplus: float
-    relative: float
+    surplus: float = 0.0
+    relative: float = 0.0
 
     @property
     def closes(self) -> bool:
         return abs(self.relative) <= _CLOSURE_TOLERANCE
-
-
-EXACT = Closure(0.0, 0.0)
-"""The closure of a mechanism made of ratios that close."""
 
 
 @dataclass(frozen=True)

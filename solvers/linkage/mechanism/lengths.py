@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from solvers.errors import InvalidInput, require_positive
 from solvers.linkage.mechanism.change_point import ChangePoint, plain_ratios
-from solvers.linkage.mechanism.closure import EXACT, Closure, crank_angle_limit, nearest_kind, rotates_fully
+from solvers.linkage.mechanism.closure import Closure, crank_angle_limit, nearest_kind, rotates_fully
 from solvers.linkage.mechanism.kinematics import FourBar
 
 _NAMES = ("base", "crank", "coupler", "rocker")
@@ -41,7 +41,7 @@ class Mechanism:
 
     bar: FourBar
     crank: float
-    closure: Closure = EXACT
+    closure: Closure = field(default_factory=Closure)
 
     @cached_property
     def links(self) -> tuple[float, float, float, float]:

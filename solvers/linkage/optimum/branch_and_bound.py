@@ -135,9 +135,9 @@ def search(
         lows, highs, bounds = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(bounds, _PARTS)
     if not math.isfinite(cost):
         return FamilyOptimum(family, cells=cells)
-    member = np.array([q])
-    scale = Quantities(problem, family, member, member).scale[1 if problem.objective.improves_with_scale else 0]
-    return FamilyOptimum(family, q, float(scale[0]), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
+    member = Quantities(problem, family, *[np.array([q])] * 2)
+    scale = member.greatest[0] if problem.objective.improves_with_scale else member.sizes[0][0]
+    return FamilyOptimum(family, q, float(scale), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
 
 
 def _allowed_range(problem: LinkageProblem, family: Family) -> tuple[float, float]:

@@ -33,7 +33,7 @@ _ROUNDING = 1e-9
 
 _SHORTEST_LINK = Objective(
     "min_link",
-    lambda q: 1.0 / (q.scale[1] * q.crank),
+    lambda q: 1.0 / (q.greatest * q.crank),
     lambda check, scene: min(check.mechanism.links),
     -1,
     improves_with_scale=True,
@@ -46,7 +46,8 @@ class _Group:
     """Limits that are met or missed together, the objective that minimises their violation, and a remedy.
 
     ``allowed`` is the cost up to which they are met, ``advice`` for limits that are out of reach even alone.
-    ``attained`` is the value of a limit that the objective's optimum stands for, from the limit and the optimum.
+    ``attained`` is the value of a limit that the objective's optimum stands for, from the limit and the optimum,
+    ``best`` the mechanism closest to the limits.
     """
 
     limits: dict[str, float]
@@ -54,6 +55,7 @@ class _Group:
     allowed: float
     advice: str
     attained: Callable[[float, float], float] = lambda limit, best: best
+    best: FamilyOptimum | None = None
 
     def without(self, limits: Limits) -> Limits:
         return replace(limits, **{name: 0.0 if name == "min_link" else None for name in self.limits})
@@ -68,6 +70,19 @@ class _Group:
         """
         cost = self.objective.cost(quantities)
         return np.where(cost <= self.allowed * (1.0 + _ROUNDING), self.allowed * (1.0 - 2.0 * _GAP), cost)
+
+    def out_of_reach(self, hint: str) -> Iterable[Shortfall]:
+        why = "out of reach even alone" if len(self.limits) == 1 else "both are out of reach together"
+        return self.shortfalls(why, self.advice + hint)
+
+    def shortfalls(self, why: str, advice: str) -> Iterable[Shortfall]:
+        for name, limit in self.limits.items():
+            if self.best.mechanism is None:
+                yield Shortfall(name, limit, None, f"the other limits leave no mechanism at all; {advice}")
+            else:
+                value = float(self.attained(limit, self.objective.value(self.best.cost)))
+                closest = self.best.family.kind.name.replace("_", " ")
+                yield Shortfall(name, limit, value, f"{why}, closest with the {closest}; {advice}")
 
 
 def _groups(problem: LinkageProblem, asked: Limits) -> list[_Group]:
@@ -98,7 +113,7 @@ def _groups(problem: LinkageProblem, asked: Limits) -> list[_Group]:
 
 def _side(asked: Limits, name: str, advice: str) -> _Group:
     """One side of the box, within the limit on the other one if there is any."""
-    objective = Objective("side", lambda q: q.side(q.scale[0], min(q.problem.limits.sides)), lambda *_: math.nan)
+    objective = Objective("side", lambda q: q.side(q.sizes, min(q.problem.limits.sides)), lambda *_: math.nan)
     return _Group({name: getattr(asked, name)}, objective, getattr(asked, name), advice)
 
 
@@ -106,7 +121,7 @@ def _box(asked: Limits, advice: str) -> _Group:
     """Both sides of the box, by the factor by which it must grow, less the joints, to hold a mechanism."""
     pads = 2.0 * asked.joint_radius
     room = tuple(side - pads for side in asked.sides)
-    objective = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda *_: math.nan)
+    objective = Objective("fit", lambda q: q.misfit(room, q.sizes), lambda *_: math.nan)
     limits = {"width": asked.width, "height": asked.height}
     return _Group(limits, objective, 1.0, advice, lambda side, factor: factor * (side - pads) + pads)
 
@@ -148,8 +163,8 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     alone = _missed(problem, asked, lambda _: minimal)
     if not alone:
         return _clashing(problem, asked) or (_speed_shortfall(problem),)
-    others = replace(asked, **{name: getattr(minimal, name) for each in alone for name in each.group.limits})
-    beside = [replace(each, best=_best(problem, each.group, others, each.best)) for each in alone]
+    others = replace(asked, **{name: getattr(minimal, name) for each in alone for name in each.limits})
+    beside = [replace(each, best=_best(problem, each, others, each.best)) for each in alone]
     hint = "" if asked.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
     if all(each.best.mechanism for each in beside):
         return tuple(entry for each in beside for entry in each.out_of_reach(hint))
@@ -159,7 +174,7 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
 def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of limits each of which can be met without the others."""
     missed = _missed(problem, limits, lambda group: group.without(limits))
-    named = {name for each in missed for name in each.group.limits}
+    named = {name for each in missed for name in each.limits}
     remedies = ["looser other limits would help"]
     if problem.limits.joint_radius > 0.0 and named & {"enclosing_radius", "width", "height"}:
         remedies.append("smaller joints would help, too")
@@ -169,28 +184,7 @@ def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
     return tuple(entry for each in missed for entry in each.shortfalls(why, advice))
 
 
-@dataclass(frozen=True)
-class _Missed:
-    """Limits that cannot be met, and the mechanism closest to them."""
-
-    group: _Group
-    best: FamilyOptimum
-
-    def out_of_reach(self, hint: str) -> Iterable[Shortfall]:
-        why = "out of reach even alone" if len(self.group.limits) == 1 else "both are out of reach together"
-        return self.shortfalls(why, self.group.advice + hint)
-
-    def shortfalls(self, why: str, advice: str) -> Iterable[Shortfall]:
-        for name, limit in self.group.limits.items():
-            if self.best.mechanism is None:
-                yield Shortfall(name, limit, None, f"the other limits leave no mechanism at all; {advice}")
-            else:
-                value = float(self.group.attained(limit, self.group.objective.value(self.best.cost)))
-                closest = self.best.family.kind.name.replace("_", " ")
-                yield Shortfall(name, limit, value, f"{why}, closest with the {closest}; {advice}")
-
-
-def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], Limits]) -> list[_Missed]:
+def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], Limits]) -> list[_Group]:
     """The limits ``asked`` that cannot be met together with the others."""
     out = []
     for group in _groups(problem, asked):
@@ -209,7 +203,7 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
             if not sides[0].met_by(least) and sides[1].met_by(least):
                 group = sides[0]
                 best = _best(problem, group, others(group), least)
-        out.append(_Missed(group, best))
+        out.append(replace(group, best=best))
     return out
 
 

@@ -1,16 +1,14 @@
 """Lower bounds of the output quantities over ranges of members, and the scales at which a member is feasible.
 
 Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
-(``family``). The extents of the outline's parts (``swept_area.outline``) lie above their linear interpolation in y
-(``load_bounds``) between the ends, up to deductions that decrease by the square of the range's width: a function f of y
-lies below its chord by at most (sqrt(f1) - sqrt(f2))^2 if f ~ 1/x with x linear in y, and by max|f''| (y1 - y2)^2/8 in
-general. Thus both ends bound boxes (``bounding_box``) and circles (``radius_bounds``). Over a range that is a single
-member all bounds are its own quantities.
+(``family``). Outlines lie nearly between those of both ends (``outline_bounds``), also if their sizes are those of the
+least link. Over a range that is a single member all bounds are its own quantities.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,16 +18,19 @@ from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.load_bounds import load_lower_bounds
-from solvers.linkage.optimum.radius_bounds import radius_lower_bounds
+from solvers.linkage.optimum.outline_bounds import interpolation_deductions, radius_lower_bounds
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, OrientationSearch, minimum_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import sweep
 from solvers.numerics.arrays import Array
 
+Sizes = tuple[Array, Array]
+"""V [m] at both ends of ranges."""
+
 EXCESS = 1e-10
 """Relative excess over limits by which a member is still feasible: the search tells members apart by 1e-11, and two
-limits that an answer just meets may leave that one member. Also the allowance for rounding in a bound."""
+limits that an answer just meets may leave that one member."""
 
 _AREA_TOLERANCE, _FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation search within bounds. A bound of the area is only compared with ``cutoff``, so
@@ -40,9 +41,10 @@ it need not be sharp; a misfit decides feasibility."""
 class Quantities:
     """Bounds over the ranges [low, high] of q, shape (n,), or quantities of members if both are the same array.
 
-    ``scale`` is the minimum and maximum feasible V (minimum > maximum: none), ``u31_end`` those of |u31(2 pi)|.
-    ``crank`` is an upper bound, the others are lower ones: per V the crank, the longest link and the enclosing radius;
-    torque per energy and force times V per energy. Areas above ``cutoff`` need not be sharp.
+    ``sizes`` is the least feasible V apart from limits on the size, inf: none, ``greatest`` the greatest one within
+    these, ``u31_end`` are the least and the greatest |u31(2 pi)|. ``crank`` per V and ``greatest`` are upper bounds,
+    the others are lower ones: the longest link, the enclosing radius and boxes at given sizes; torque per energy and
+    force times V per energy. Areas above ``cutoff`` need not be sharp.
     """
 
     problem: LinkageProblem
@@ -87,67 +89,50 @@ class Quantities:
 
     @cached_property
     def _deductions(self) -> Array:
-        """How far extents may be below the linear interpolation in y between the ends, per V: (n, 5), as in
-        ``minimum_boxes``.
-
-            l1 = s y/w = sigma s (1 - g^2/w),  l3 = s/n,  l0 = n_0 - sigma l3,  n_0 = sigma |N| l1 constant,
-            away = 2 g^2 s n/w^2,  rise = 2 g s sqrt((g^2 - 1) m)/w^2
-
-        The arc's extent is n_0 cos(beta) + l3 (1 - sigma cos(beta)). Where it ends earlier than in the middle, by a
-        swing smaller by d, its end reaches as far up to l3 (1 - cos(d)).
-        """
-        out = np.zeros((self.low.size, 5))
         if self._single:
-            return out
-        kind, gain, square = self.family.kind, self.family.gain.value, self.family.gain.square
-        base, _, rocker, n, m, _, _ = np.moveaxis(np.stack(self._three(self.members.coefficients)[:2]), -1, 0)
-        y, n, m = base / rocker, np.abs(n) / rocker, m / rocker**2
-        w, crank, rocker = base * n, *(np.stack(self._three(self.lengths[:, k])[:2]) for k in (0, 3))
-        s, step, least_w, least_m = gain - 1.0, (y[1] - y[0]) ** 2 / 8.0, w.min(axis=0), m.min(axis=0)
-        if kind.rocker_sign < 0.0:
-            out[:, 0] = np.diff(np.sqrt(crank + s), axis=0)[0] ** 2
-        out[:, 1] = np.diff(np.sqrt(rocker), axis=0)[0] ** 2
-        deficit = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
-        out[:, 2] = 2.0 * rocker.max(axis=0) * np.sin(0.5 * deficit) ** 2
-        bend = np.abs(6.0 * n - 4.0 * kind.crank_sign * w).max(axis=0) / least_w**4
-        out[:, 3] = 2.0 * square * s * step * bend
-        bend = 6.0 / least_w**2 + 4.0 * y.max(axis=0) / (least_m * least_w) + square / least_m**2
-        largest = 2.0 * gain * s * np.sqrt((square - 1.0) * m.max(axis=0)) / least_w**2
-        out[:, 4] = largest * step * bend
-        return out * (1.0 + 1e-9)
+            return np.zeros((self.low.size, 5))
+        rows, lengths = self._three(self.members.coefficients)[:2], self._three(self.lengths)[:2]
+        swings = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
+        return interpolation_deductions(rows, lengths, swings, self.family.gain.value)
 
     @cached_property
     def crank(self) -> Array:
         return self._ends(self.lengths[:, 0])[1]
 
-    @cached_property
-    def longest(self) -> Array:
-        return self._ends(self.lengths)[0].max(axis=1)
+    def longest(self, sizes: Sizes) -> Array:
+        low, high, _ = self._three(self.lengths)
+        found = np.minimum(low, high).max(axis=1) * np.minimum(*sizes)
+        if sizes[0] is sizes[1]:
+            return found
+        # Sharper in narrow ranges.
+        low, high = (
+            (links - self._deductions[:, [0, 1, 0, 1]]).T * size for links, size in ((low, sizes[0]), (high, sizes[1]))
+        )
+        return np.maximum(found, np.minimum(low, high).max(axis=0))
 
-    @cached_property
-    def radius(self) -> Array:
-        if self._single:
-            return enclosing_radii(self._outlines[2])
+    def radius(self, sizes: Sizes) -> Array:
         low, high, middle = self._outlines
-        return radius_lower_bounds(middle, low, high, self._deductions) * (1.0 - 1e-12)
+        if self._single:
+            return enclosing_radii(middle) * sizes[0]
+        return radius_lower_bounds(middle, low, high, self._deductions, sizes) * (1.0 - 1e-12)
 
-    def _boxes(self, scale: Array, loose: float, cutoff: float, *search: float) -> Array:
-        """Minima of ``OrientationSearch`` at these V, for ranges to a ``loose`` tolerance."""
+    def _boxes(self, sizes: Sizes, loose: float, cutoff: float, *search: float) -> Array:
+        """Minima of ``OrientationSearch`` at these sizes, for ranges to a ``loose`` tolerance."""
         tolerance = 0.0 if self._single else loose
         search = OrientationSearch(*search, max(tolerance, BOX_TOLERANCE), cutoff)
         low, high, middle = self._outlines
-        found = minimum_boxes(middle, low, high, self._deductions, scale, search)[:, 0]
+        found = minimum_boxes(middle, low, high, self._deductions, sizes, search)[:, 0]
         return np.where(found < cutoff, found * (1.0 - tolerance), found)
 
-    def misfit(self, room: tuple[float, float]) -> Array:
-        """The minimum over orientations of max(W/width, H/height) per V without pads."""
+    def misfit(self, room: tuple[float, float], sizes: Sizes) -> Array:
+        """The minimum over orientations of max(W/width, H/height) without pads."""
         weights = (1.0 / side for side in room)
-        return self._boxes(np.ones_like(self.low), _FIT_TOLERANCE, math.inf, math.inf, math.inf, *weights, 0.0)
+        return self._boxes(sizes, _FIT_TOLERANCE, math.inf, math.inf, math.inf, *weights, 0.0)
 
-    def side(self, scale: Array, other: float) -> Array:
-        """The minimum of a box's side at a V if the other side is at most ``other``; inf if there is no such box."""
+    def side(self, sizes: Sizes, other: float) -> Array:
+        """The minimum of a box's side if the other side is at most ``other``; inf if there is no such box."""
         pads = 2.0 * self.problem.limits.joint_radius
-        return self._boxes(scale, _FIT_TOLERANCE, math.inf, other * (1.0 + 1e-12), math.inf, 0.0, 1.0, pads)
+        return self._boxes(sizes, _FIT_TOLERANCE, math.inf, other * (1.0 + 1e-12), math.inf, 0.0, 1.0, pads)
 
     def _peak(self, which: int) -> Array:
         low, high, middle = self._three(self.members.coefficients)
@@ -167,42 +152,67 @@ class Quantities:
         return self._ends(self.members.u31_end)
 
     @cached_property
-    def scale(self) -> tuple[Array, Array]:
-        problem, limits = self.problem, self.problem.limits
-        low, high = np.zeros_like(self.low), np.full_like(self.low, np.inf)
-        if limits.min_link > 0:
-            low = np.maximum(low, limits.min_link / self.crank)
+    def sizes(self) -> Sizes:
+        limits, fixed = self.problem.limits, self.problem.fixed_scale
+        loaded = np.zeros_like(self.low)
         if limits.max_pin_force is not None:
-            low = np.maximum(low, problem.scene.impact_energy * self.force / limits.max_pin_force)
-        with np.errstate(divide="ignore"):
-            if limits.longest_link is not None:
-                high = np.minimum(high, limits.longest_link / self.longest)
-            if limits.enclosing_radius is not None:
-                high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / self.radius)
-            if problem.room is not None:
-                high = np.minimum(high, 1.0 / self.misfit(problem.room))
-        if not self._single:
-            low, high = low * (1.0 - EXCESS), high * (1.0 + EXCESS)
+            loaded = self.problem.scene.impact_energy * self.force / limits.max_pin_force
         if limits.transmission_angle is not None:
             least, greatest = limits.transmission_angle
             narrowest, widest = self._ends(self.members.middle_transmission_angle)
-            met = (widest >= least - 1e-12) & (narrowest <= greatest + 1e-12)
-            low, high = np.where(met, low, np.inf), np.where(met, high, -np.inf)
-        fixed = problem.fixed_scale
-        if fixed is None:
-            return low, high
-        met = (low <= fixed * (1.0 + EXCESS)) & (fixed * (1.0 - EXCESS) <= high)
-        return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
+            loaded = np.where((widest >= least - 1e-12) & (narrowest <= greatest + 1e-12), loaded, np.inf)
+        low = limits.min_link / self.crank
+        if fixed is not None or self._single or limits.min_link == 0:
+            low = np.maximum(low, loaded)
+            if fixed is not None:
+                low = np.where(low <= fixed * (1.0 + EXCESS), fixed, np.inf)
+            return low, low
+        if self.family.kind.rocker_sign > 0.0:
+            # The crank per V is above its interpolation.
+            low = low * np.maximum(1.0 - self._deductions[:, 0] / self._ends(self.lengths[:, 0])[0], 0.0)
+        ends = (low * self.crank / crank for crank in self._three(self.lengths[:, 0])[:2])
+        return tuple(np.where(low < loaded, loaded, size) for size in ends)
 
-    def area(self, scale: Array) -> Array:
-        """Minimum box area at a V; inf if no orientation keeps within width and height."""
+    def _within(self, sizes: Sizes) -> Iterator[tuple[Array, float]]:
+        """The quantities that limits on the size bound, at these sizes, each with its limit."""
+        limits = self.problem.limits
+        if limits.longest_link is not None:
+            yield self.longest(sizes), limits.longest_link
+        if limits.enclosing_radius is not None:
+            yield self.radius(sizes), limits.enclosing_radius - limits.joint_radius
+        if self.problem.room is not None:
+            yield self.misfit(self.problem.room, sizes), 1.0
+
+    @cached_property
+    def greatest(self) -> Array:
+        if self.problem.fixed_scale is not None:
+            return self.sizes[0]
+        unit, high = np.ones_like(self.low), np.full_like(self.low, np.inf)
+        with np.errstate(divide="ignore"):
+            for quantity, limit in self._within((unit, unit)):
+                high = np.minimum(high, limit / quantity)
+        return high
+
+    @property
+    def fits(self) -> Array:
+        """Whether a member of the least size, or a larger one, keeps the limits."""
+        found = np.isfinite(self.sizes[0])
+        if self.problem.objective.improves_with_scale and self.problem.fixed_scale is None:
+            found = found & (np.minimum(*self.sizes) <= self.greatest * (1.0 + EXCESS))
+            if self._single:
+                return found
+        for quantity, limit in self._within(self.sizes):
+            found = found & (quantity <= limit * (1.0 + EXCESS))
+        return found
+
+    def area(self, sizes: Sizes) -> Array:
+        """Minimum box area; inf if no orientation keeps within width and height."""
         limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
         room = (side * (1.0 + 1e-12) for side in limits.sides)
-        return self._boxes(scale, _AREA_TOLERANCE, self.cutoff, *room, 0.0, 0.0, pads)
+        return self._boxes(sizes, _AREA_TOLERANCE, self.cutoff, *room, 0.0, 0.0, pads)
 
     @property
     def cost(self) -> Array:
         """The objective's cost, inf where infeasible."""
-        low, high = self.scale
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            return np.where(low <= high * (1.0 + EXCESS), self.problem.objective.cost(self), np.inf)
+            return np.where(self.fits, self.problem.objective.cost(self), np.inf)

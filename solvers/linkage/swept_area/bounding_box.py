@@ -20,8 +20,8 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
 _STACK = 4096
-_EXACT, _UNIT = np.zeros((1, 5)), np.ones(1)
-"""Deductions and scale of one outline."""
+_EXACT, _UNIT = np.zeros((1, 5)), (np.ones(1), np.ones(1))
+"""Deductions and sizes of one outline."""
 BOX_TOLERANCE = 1e-13
 """Relative tolerance of a box's area, this sharp because it costs microseconds only."""
 
@@ -81,7 +81,7 @@ Extremes = tuple[float, float, float, float]
 def _minimum(outlines: Array, deductions: Array, search: OrientationSearch) -> tuple[float, float, bool]:
     """Minimum, its orientation, and whether pi/2 is to be added to that; inf if no box fits.
 
-    ``outlines`` and ``deductions`` as in ``minimum_boxes``, of one range at its scale, (3, 8) and (5,).
+    ``outlines`` and ``deductions`` as in ``minimum_boxes``, of one range at its sizes, (3, 8) and (2, 5).
     """
     edges = corner_directions(outlines[0])
     upright = search.width, search.height, search.per_width, search.per_height
@@ -133,8 +133,8 @@ def _minimum_near_base_line(
             continue
         middle = 0.5 * (left + right)
         parts = touched_parts(outlines[0], middle)
-        first = extent_sinusoids(outlines[1], deductions, parts, middle)
-        second = extent_sinusoids(outlines[2], deductions, parts, middle)
+        first = extent_sinusoids(outlines[1], deductions[0], parts, middle)
+        second = extent_sinusoids(outlines[2], deductions[1], parts, middle)
         bend_w, bend_h = math.hypot(first[1], first[2]), math.hypot(first[4], first[5])
         more_w, more_h = math.hypot(second[1], second[2]), math.hypot(second[4], second[5])
         greater_w, greater_h = max(bend_w, more_w), max(bend_h, more_h)
@@ -185,23 +185,25 @@ def _extremes(first: Sinusoids, second: Sinusoids, angle: float, pads: float) ->
 
 @kernel
 def minimum_boxes(
-    within: Array, low: Array, high: Array, deductions: Array, scale: Array, search: OrientationSearch
+    within: Array, low: Array, high: Array, deductions: Array, sizes: tuple[Array, Array], search: OrientationSearch
 ) -> Array:
-    """Minima over ranges of outlines at a scale, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is
-    to be added to that.
+    """Minima over ranges of outlines, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is to be
+    added to that.
 
-    ``within``, ``low`` and ``high`` are outlines of the range and of its ends, (n, 8) each. Between the ends the extent
-    of no part falls below the linear interpolation by more than ``deductions``, (n, 5): of crank and rocker, for arcs
-    that end earlier, and of the arc's other end along and across the base. In between are lower bounds, over a range
-    of one outline without deductions its own values.
+    ``within``, ``low`` and ``high`` are outlines of the range and of its ends, (n, 8) each, these to be multiplied by
+    their ``sizes``. Between the ends the extent of no part falls below the linear interpolation by more than
+    ``deductions`` per size, (n, 5): of crank and rocker, for arcs that end earlier, and of the arc's other end along
+    and across the base. In between are lower bounds, over a range of one outline without deductions its own values.
     """
-    out, outlines = np.full((scale.size, 3), np.inf), np.empty((3, 8))
-    for i in range(scale.size):
-        if not math.isfinite(scale[i]):
+    out, outlines, less = np.full((within.shape[0], 3), np.inf), np.empty((3, 8)), np.empty((2, 5))
+    for i in range(within.shape[0]):
+        if not math.isfinite(sizes[0][i]):
             continue
         outlines[0], outlines[1], outlines[2] = within[i], low[i], high[i]
-        outlines[:, :6] *= scale[i]
+        outlines[1, :6] *= sizes[0][i]
+        outlines[2, :6] *= sizes[1][i]
+        less[0], less[1] = sizes[0][i] * deductions[i], sizes[1][i] * deductions[i]
         # W and H already include the pads minus the deductions, so they are compared with the limits directly.
-        value, angle, swapped = _minimum(outlines, scale[i] * deductions[i], search)
+        value, angle, swapped = _minimum(outlines, less, search)
         out[i, 0], out[i, 1], out[i, 2] = value, angle, 1.0 if swapped else 0.0
     return out

@@ -82,12 +82,10 @@ def smallest_circle(outline: Array) -> tuple[float, float, float, Array]:
     x, y, radius = _tangent_circle(parts, 0, 1, -1)
     for _ in range(200):
         # The part farthest from the centre.
-        far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
-        if math.hypot(x - base, y) > far:
-            far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
-        for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
-            if math.hypot(px - x, py - y) > far:
-                far, fx, fy, fr = math.hypot(px - x, py - y), px, py, 0.0
+        far, fx, fy, fr = 0.0, 0.0, 0.0, 0.0
+        for px, py, pr in ((0.0, 0.0, r), (base, 0.0, 0.0), (tips[0], tips[1], 0.0), (tips[2], tips[3], 0.0)):
+            if math.hypot(px - x, py - y) + pr > far:
+                far, fx, fy, fr = math.hypot(px - x, py - y) + pr, px, py, pr
         away = math.atan2(-y, base - x)
         if (away - first) % (2.0 * math.pi) <= last - first and math.hypot(x - base, y) + rocker > far:
             far = math.hypot(x - base, y) + rocker

@@ -76,10 +76,10 @@ def part_extent(outline: Array, deductions: Array, part: int, cos: float, sin: f
     given by the signs of its cosine and sine."""
     r, base, rocker, blow, _, _, _, _ = outline
     crank_less, rocker_less, swing_less, along_less, rise_less = deductions
-    if part == 0:
-        return r - crank_less, 0.0, 0.0
-    x, y, end_x, end_y = arc_ends(outline)
     outward = blow > base
+    if part == 0:
+        return r if outward else r - crank_less, 0.0, 0.0
+    x, y, end_x, end_y = arc_ends(outline)
     if part == 1:
         return 0.0, base if outward else base - rocker_less, 0.0
     if part == 2:

@@ -330,16 +330,17 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     rng = np.random.default_rng(5)
     low = rng.uniform(-9.0, 5.0, 300)
     high = low + 10 ** rng.uniform(-4.0, -0.1, 300)
-    scale = np.full(300, subproblem.fixed_scale)
-    area = Quantities(subproblem, family, low, high, math.inf).area(scale)
-    side = Quantities(subproblem, family, low, high, math.inf).side(scale, 0.3)
+    sizes = (np.full(300, subproblem.fixed_scale),) * 2
+    area = Quantities(subproblem, family, low, high, math.inf).area(sizes)
+    side = Quantities(subproblem, family, low, high, math.inf).side(sizes, 0.3)
     ranges = Quantities(fitted, family, low, high, math.inf)
     for share in SHARES:
         q = low + share * (high - low)
         member = of_members(subproblem, family, q)
-        assert np.all(area <= member.area(scale) * (1 + 1e-9))
-        assert np.all(side <= member.side(scale, 0.3) * (1 + 1e-9))
-        assert np.all(ranges.misfit(fitted.room) <= of_members(fitted, family, q).misfit(fitted.room) * (1 + 1e-9))
+        assert np.all(area <= member.area(sizes) * (1 + 1e-9))
+        assert np.all(side <= member.side(sizes, 0.3) * (1 + 1e-9))
+        fit = of_members(fitted, family, q).misfit(fitted.room, sizes)
+        assert np.all(ranges.misfit(fitted.room, sizes) <= fit * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -352,8 +353,13 @@ def test_bounds_lie_below_every_member_within_and_close_in_by_the_square_of_the_
     rng = np.random.default_rng(6)
     low = rng.uniform(-9.0, 5.0, 80)
     width = 10 ** rng.uniform(-3.0, -0.3, 80)
-    bound = getattr(Quantities(subproblem, family, low, low + width, math.inf), quantity)
-    members = [getattr(of_members(subproblem, family, low + share * width), quantity) for share in SHARES]
+    unit = (np.ones(80),) * 2
+
+    def told(figures):
+        return figures.radius(unit) if quantity == "radius" else getattr(figures, quantity)
+
+    bound = told(Quantities(subproblem, family, low, low + width, math.inf))
+    members = [told(of_members(subproblem, family, low + share * width)) for share in SHARES]
     least = np.min(members, axis=0)
     assert np.all(bound <= least * (1 + 1e-10))
     narrow = width < 0.03
@@ -392,7 +398,7 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
     family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
     margins = np.geomspace(1e-12, 1e12, 4001)
     figures = of_members(asked, family, np.log(margins))
-    costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
+    costs = np.where(figures.fits, asked.objective.cost(figures), np.inf)
     assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
     assert found.certificate.bound <= costs.min()
     assert found.certificate.gap < 1.1 * (1 - costs.min() / found.value.value) + 2e-6

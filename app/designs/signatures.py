@@ -170,13 +170,14 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.speed_spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
-        ("solvers.linkage.swept_area.bounding_box.minimum_boxes", "f2 f2 f2 f2 f1 solvers.linkage.swept_area.bounding_box.OrientationSearch"),
+        ("solvers.linkage.swept_area.bounding_box.minimum_boxes", "f2 f2 f2 f2 f1 f1 solvers.linkage.swept_area.bounding_box.OrientationSearch"),
         ("solvers.linkage.swept_area.enclosing_circle.enclosing_radii", "f2"),
         ("solvers.linkage.swept_area.outline.extents", "f1 f"),
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.optimum.load_bounds.load_lower_bounds", "f2 f2 f2 f1 f i b"),
-        ("solvers.linkage.optimum.radius_bounds.radius_lower_bounds", "f2 f2 f2 f2"),
+        ("solvers.linkage.optimum.outline_bounds.interpolation_deductions", "f2 f2 f2 f2 f1 f"),
+        ("solvers.linkage.optimum.outline_bounds.radius_lower_bounds", "f2 f2 f2 f2 f1 f1"),
     ),
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.check.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),

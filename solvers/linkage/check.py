@@ -21,8 +21,6 @@ from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
 
-_ROUNDING = 1e-14
-"""Relative error of closed-form results."""
 NO_LIMITS = Limits()
 
 
@@ -88,6 +86,6 @@ def check(
         status=Status.SUCCEEDED,
         value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(_ROUNDING, results.error), settings),
+        accuracy=Accuracy(accuracy, results.error, settings),
         timing={"solve_s": time.perf_counter() - started},
     )

@@ -16,7 +16,7 @@ from solvers.linkage.constraints import active
 from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.mechanism.change_point import MIN_LONG_LINK_MARGIN, MIN_PARALLELOGRAM_MARGIN, ChangePoint
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
+from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search_all
 from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
 from solvers.linkage.optimum.infeasibility import diagnose
 from solvers.linkage.optimum.quantities import EXCESS, Quantities
@@ -71,10 +71,7 @@ def design(
     require_accuracy(accuracy)
     gap = max(accuracy, _LEAST_GAP)
     _refuse_unbounded(problem)
-    found: list[FamilyOptimum] = []
-    for kind in problem.kinds:
-        known = min((other.cost for other in found), default=math.inf)
-        found.append(search(problem, Family(kind, problem.scene.restitution.gain), gap, known))
+    found = search_all(problem, gap)
     best = min(found, key=lambda other: other.cost)
     settings: dict[str, float | int | str] = {"gap": gap}
     if best.mechanism is None:
@@ -144,13 +141,12 @@ def _refuse_unbounded(problem: LinkageProblem) -> None:
 
 
 def _alternative(problem: LinkageProblem, best: FamilyOptimum) -> Alternative:
-    kind, why = best.family.kind, ""
-    if best.mechanism is None and best.cells == 0:
+    if best.mechanism is not None:
+        return Alternative(best.family.kind, best.mechanism, problem.objective.value(best.cost), "")
+    why = "no mechanism of this type meets the limits"
+    if best.cells == 0:
         why = "no mechanism of this type turns fully with links, transmission angle and speed as asked for"
-    elif best.mechanism is None:
-        why = "no mechanism of this type meets the limits"
-    value = None if best.mechanism is None else problem.objective.value(best.cost)
-    return Alternative(kind, best.mechanism, value, why)
+    return Alternative(best.family.kind, None, None, why)
 
 
 def _evidence(found: list[FamilyOptimum]) -> dict[str, float | int | str]:

@@ -20,14 +20,12 @@ from solvers.linkage.mechanism.closure import Window, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
-from solvers.linkage.steady_state.periodic_solution import steady_state_running
+from solvers.linkage.steady_state.periodic_solution import ROUNDING, steady_state_running
 from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, minimum_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
 
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
-_ROUNDING = 1e-14
-"""Relative error of closed-form results."""
 _LIMIT_ROUNDING = 2e-10
 """Relative allowance within which the box of a design on its limits is found: twice what the search allows."""
 _STEPS_SHARE = 0.1
@@ -74,7 +72,7 @@ class Envelope:
         pad = limits.joint_radius
         width, height = (side * (1.0 + _LIMIT_ROUNDING) for side in limits.sides)
         box = minimum_box(outline, pad, width, height) or minimum_box(outline, pad)
-        error = max(results.error, BOX_TOLERANCE + _ROUNDING)
+        error = max(results.error, BOX_TOLERANCE + ROUNDING)
         return replace(results, box=box, enclosing_radius=enclosing_radius(outline, pad), error=error)
 
 

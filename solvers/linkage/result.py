@@ -11,7 +11,7 @@ import numpy as np
 from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window, window
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.steady_state.periodic_solution import SteadyState
+from solvers.linkage.steady_state.periodic_solution import ROUNDING, SteadyState
 from solvers.linkage.swept_area.bounding_box import Box
 from solvers.numerics.arrays import Array
 
@@ -30,8 +30,8 @@ class Strike:
 
 @dataclass(frozen=True)
 class EffectResults:
-    """Results of the active effects, SI units, None for inactive ones; their maximum relative error; messages for the
-    user."""
+    """Results of the active effects, SI units, None for inactive ones; their maximum relative error, at least that of
+    closed forms; messages for the user."""
 
     box: Box | None = None
     enclosing_radius: float | None = None
@@ -39,7 +39,7 @@ class EffectResults:
     coupler_peak: float | None = None
     restitution_error: float | None = None
     tolerance_window: Window | None = None
-    error: float = 0.0
+    error: float = ROUNDING
     warnings: tuple[str, ...] = ()
 
 

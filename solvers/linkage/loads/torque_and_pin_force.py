@@ -28,8 +28,7 @@ from solvers.numerics.panels import largest
 
 _SAMPLE_STEP, _SAMPLED_SHARE, _SAMPLING_DEFICIT = 0.1, 0.03, 0.05
 """Spacing of the samples (``resolving_cotangents``), and the relative allowance for a local maximum above its highest
-sample; at most 0.0144 was observed in 3000 mechanisms
-of all kinds."""
+sample; at most 0.0144 was observed in 3000 mechanisms of all kinds."""
 TORQUE, FORCE, RATIO = 0, 1, 2
 """Indices of the quantities whose peaks are computed: torque/E, force l1/E and u31."""
 

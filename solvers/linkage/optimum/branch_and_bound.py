@@ -69,6 +69,15 @@ class FamilyOptimum:
         return Mechanism(bar, self.scale / (bar.ratios.rocker * bar.u31_end))
 
 
+def search_all(problem: LinkageProblem, gap: float) -> list[FamilyOptimum]:
+    """The best member of every allowed type, the best of all proven to the ``gap``."""
+    found: list[FamilyOptimum] = []
+    for kind in problem.kinds:
+        known = min((other.cost for other in found), default=math.inf)
+        found.append(search(problem, Family(kind, problem.scene.restitution.gain), gap, known))
+    return found
+
+
 def search(
     problem: LinkageProblem,
     family: Family,
@@ -97,11 +106,8 @@ def search(
     bound, sought, cells = math.inf, cost, 1
     while lows.size:
         widths = highs - lows
-        # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well, and all that
-        # will not be divided further while there is no member.
-        spread = np.arange(_TRIALS) * (lows.size - 1) // (_TRIALS - 1)
-        last_chance = np.flatnonzero(widths < _MIN_WIDTH) if math.isinf(cost) else spread[:0]
-        tried = np.concatenate([np.argsort(bounds)[:_TRIALS], spread, last_chance])
+        # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well.
+        tried = np.append(np.argsort(bounds)[:_TRIALS], np.arange(_TRIALS) * (lows.size - 1) // (_TRIALS - 1))
         middles = 0.5 * (lows + highs)[tried]
         costs = _costs(problem, family, middles)
         inside = np.where((middles >= first) & (middles <= last), costs, np.inf)
@@ -125,9 +131,6 @@ def search(
             done = alive
         bound = np.min(bounds[done], initial=bound)
         alive &= ~done
-        if bound < rival * (1.0 - _OTHER_TYPES_GAP):
-            # The tails leave a wider gap: what differs less from the best member does not narrow it.
-            alive &= bounds < rival * (1.0 - _OTHER_TYPES_GAP)
         lows, widths, bounds = lows[alive], widths[alive], bounds[alive]
         # Subdivide into several equal parts: a few large batches cost less than many small ones.
         edges = lows[:, None] + widths[:, None] * np.arange(_PARTS + 1) / _PARTS

@@ -10,17 +10,9 @@ import numpy as np
 
 from solvers.errors import InvalidInput
 from solvers.linkage.limits import Limits
-from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
-from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search_all
 from solvers.linkage.optimum.quantities import EXCESS, Quantities
-from solvers.linkage.problem import (
-    ENCLOSING_RADIUS,
-    LONGEST_LINK,
-    PEAK_TORQUE,
-    PIN_FORCE,
-    LinkageProblem,
-    Objective,
-)
+from solvers.linkage.problem import ENCLOSING_RADIUS, LONGEST_LINK, PEAK_TORQUE, PIN_FORCE, LinkageProblem, Objective
 from solvers.linkage.scene import TRANSMISSION
 from solvers.numerics.arrays import Array
 from solvers.outcome import Shortfall
@@ -166,9 +158,9 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     others = replace(asked, **{name: getattr(minimal, name) for each in alone for name in each.limits})
     beside = [replace(each, best=_best(problem, each, others, each.best)) for each in alone]
     hint = "" if asked.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
-    if all(each.best.mechanism for each in beside):
-        return tuple(entry for each in beside for entry in each.out_of_reach(hint))
-    return tuple(entry for each in alone for entry in each.out_of_reach(hint)) + _clashing(problem, others)
+    clear = all(each.best.mechanism for each in beside)
+    told = tuple(entry for each in (beside if clear else alone) for entry in each.out_of_reach(hint))
+    return told if clear else told + _clashing(problem, others)
 
 
 def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
@@ -221,16 +213,12 @@ def _best(
         q = np.array([relaxed.q or 0.0])
         if Quantities(problem, relaxed.family, q, q).cost[0] <= relaxed.cost * (1.0 + EXCESS):
             return relaxed
-    best = None
-    for kind in problem.kinds:
-        found = search(problem, Family(kind, problem.scene.restitution.gain), _GAP, best.cost if best else math.inf)
-        if best is None or found.cost < best.cost:
-            best = found
-    return best
+    return min(search_all(problem, _GAP), key=lambda each: each.cost)
 
 
 def _speed_shortfall(problem: LinkageProblem) -> Shortfall:
     """Shortfall if every limit can be met: speed, tool radius or transmission angle are incompatible."""
-    scene = problem.scene
     reason = "no allowed type strikes at this speed, frequency and tool radius within the transmission angle's limits"
-    return Shortfall("impact_speed", scene.impact_speed, None, f"{reason}; another tool radius or frequency may do")
+    return Shortfall(
+        "impact_speed", problem.scene.impact_speed, None, f"{reason}; another tool radius or frequency may do"
+    )

@@ -35,19 +35,19 @@ from solvers.numerics.jit import kernel
 
 @kernel
 def interpolation_deductions(
-    ends: tuple[Array, Array], lengths: tuple[Array, Array], swings: Array, gain: float
+    rows: Array, high_rows: Array, lengths: Array, high_lengths: Array, swings: Array, gain: float
 ) -> Array:
     """Deductions per V, (n, 5), as in ``minimum_boxes``, from coefficients (``kinematics``) and lengths per V at both
     ends, (n, 7) and (n, 4), and the ``swings`` d [rad]."""
     out, square = np.empty((swings.size, 5)), gain * gain
     for i in range(swings.size):
-        a, b = ends[0][i], ends[1][i]
+        a, b = rows[i], high_rows[i]
         y, y_other, n, n_other = a[0] / a[2], b[0] / b[2], abs(a[3]) / a[2], abs(b[3]) / b[2]
         m, least_m = max(a[4] / a[2] ** 2, b[4] / b[2] ** 2), min(a[4] / a[2] ** 2, b[4] / b[2] ** 2)
         w, least_w = max(a[0] * n, b[0] * n_other), min(a[0] * n, b[0] * n_other)
-        out[i, 0] = (math.sqrt(lengths[0][i, 2]) - math.sqrt(lengths[1][i, 2])) ** 2
-        out[i, 1] = (math.sqrt(lengths[0][i, 3]) - math.sqrt(lengths[1][i, 3])) ** 2
-        out[i, 2] = 2.0 * max(lengths[0][i, 3], lengths[1][i, 3]) * math.sin(0.5 * swings[i]) ** 2
+        out[i, 0] = (math.sqrt(lengths[i, 2]) - math.sqrt(high_lengths[i, 2])) ** 2
+        out[i, 1] = (math.sqrt(lengths[i, 3]) - math.sqrt(high_lengths[i, 3])) ** 2
+        out[i, 2] = 2.0 * max(lengths[i, 3], high_lengths[i, 3]) * math.sin(0.5 * swings[i]) ** 2
         # At least |f''| of n/w^2 and sqrt(m)/w^2.
         away = (4.0 * w + 6.0 * max(n, n_other)) / least_w**4
         rise = 6.0 / least_w**2 + 4.0 * max(y, y_other) / (least_m * least_w) + square / least_m**2
@@ -57,7 +57,9 @@ def interpolation_deductions(
 
 
 @kernel
-def radius_lower_bounds(within: Array, low: Array, high: Array, deductions: Array, sizes: tuple[Array, Array]) -> Array:
+def radius_lower_bounds(
+    within: Array, low: Array, high: Array, deductions: Array, size: Array, high_size: Array
+) -> Array:
     """Lower bounds of the enclosing radius over ranges of outlines, shape (n,); arguments as in ``minimum_boxes``."""
     out = np.empty(low.shape[0])
     for i in range(out.size):
@@ -69,7 +71,7 @@ def radius_lower_bounds(within: Array, low: Array, high: Array, deductions: Arra
             constant, along, across = part_extent(high[i], deductions[i], part, cos, sin)
             at_high += weight * (constant + along * cos + across * sin)
             x, y = x + weight * cos, y + weight * sin
-        out[i] = max(min(at_low * sizes[0][i], at_high * sizes[1][i]), 0.0) / (1.0 + math.hypot(x, y))
+        out[i] = max(min(at_low * size[i], at_high * high_size[i]), 0.0) / (1.0 + math.hypot(x, y))
     return out
 
 

@@ -27,7 +27,6 @@ from solvers.numerics.arrays import Array
 
 Sizes = tuple[Array, Array]
 """V [m] at both ends of ranges."""
-
 EXCESS = 1e-10
 """Relative excess over limits by which a member is still feasible: the search tells members apart by 1e-11, and two
 limits that an answer just meets may leave that one member."""
@@ -93,7 +92,7 @@ class Quantities:
             return np.zeros((self.low.size, 5))
         rows, lengths = self._three(self.members.coefficients)[:2], self._three(self.lengths)[:2]
         swings = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
-        return interpolation_deductions(rows, lengths, swings, self.family.gain.value)
+        return interpolation_deductions(*rows, *lengths, swings, self.family.gain.value)
 
     @cached_property
     def crank(self) -> Array:
@@ -114,14 +113,14 @@ class Quantities:
         low, high, middle = self._outlines
         if self._single:
             return enclosing_radii(middle) * sizes[0]
-        return radius_lower_bounds(middle, low, high, self._deductions, sizes) * (1.0 - 1e-12)
+        return radius_lower_bounds(middle, low, high, self._deductions, *sizes) * (1.0 - 1e-12)
 
     def _boxes(self, sizes: Sizes, loose: float, cutoff: float, *search: float) -> Array:
         """Minima of ``OrientationSearch`` at these sizes, for ranges to a ``loose`` tolerance."""
         tolerance = 0.0 if self._single else loose
         search = OrientationSearch(*search, max(tolerance, BOX_TOLERANCE), cutoff)
         low, high, middle = self._outlines
-        found = minimum_boxes(middle, low, high, self._deductions, sizes, search)[:, 0]
+        found = minimum_boxes(middle, low, high, self._deductions, *sizes, search)[:, 0]
         return np.where(found < cutoff, found * (1.0 - tolerance), found)
 
     def misfit(self, room: tuple[float, float], sizes: Sizes) -> Array:

@@ -22,7 +22,8 @@ from solvers.linkage.steady_state.collocation import Machine, inertias, integrat
 _MAX_STEPS, _MIN_PARTS, _MAX_PARTS = 1 << 14, 2, 1 << 9
 _SAFETY = 1.5
 """Safety factor on the difference of two solutions as an estimate of the finer one's error."""
-_ROUNDING = 1e-14
+ROUNDING = 1e-14
+"""Relative error of closed-form results."""
 _COMPARED = attrgetter("blow_frequency", "impact_speed", "irregularity", "power")
 
 
@@ -71,8 +72,8 @@ def steady_state_running(mechanism: Mechanism, scene: Scene, wanted: float) -> S
             now = None
         if now is not None and before is not None:
             pairs = zip(_COMPARED(before), _COMPARED(now), strict=True)
-            error = _SAFETY * max(abs(a / b - 1.0) for a, b in pairs) + _ROUNDING
-            if error <= max(wanted, 2.0 * _ROUNDING) or 2 * now.steps > _MAX_STEPS:
+            error = _SAFETY * max(abs(a / b - 1.0) for a, b in pairs) + ROUNDING
+            if error <= max(wanted, 2.0 * ROUNDING) or 2 * now.steps > _MAX_STEPS:
                 return replace(now, error=error)
         before, parts = now, 2 * parts
     return None

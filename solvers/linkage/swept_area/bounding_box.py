@@ -19,9 +19,8 @@ from solvers.linkage.swept_area.outline import corner_directions, extent_sinusoi
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-_STACK = 4096
-_EXACT, _UNIT = np.zeros((1, 5)), (np.ones(1), np.ones(1))
-"""Deductions and sizes of one outline."""
+_EXACT, _UNIT = np.zeros((1, 5)), np.ones(1)
+"""Deductions and size of one outline."""
 BOX_TOLERANCE = 1e-13
 """Relative tolerance of a box's area, this sharp because it costs microseconds only."""
 
@@ -43,7 +42,7 @@ def minimum_box(outline: Array, pad: float, width: float = math.inf, height: flo
     """The box of minimum area within width and height, to ``BOX_TOLERANCE``; None if none fits."""
     pads, outlines = 2.0 * pad, outline[None]
     search = OrientationSearch(width, height, 0.0, 0.0, pads, BOX_TOLERANCE, math.inf)
-    area, angle, swapped = minimum_boxes(outlines, outlines, outlines, _EXACT, _UNIT, search)[0].tolist()
+    area, angle, swapped = minimum_boxes(outlines, outlines, outlines, _EXACT, _UNIT, _UNIT, search)[0].tolist()
     if not math.isfinite(area):
         return None
     along, across = extents(outline, angle)
@@ -71,8 +70,6 @@ class OrientationSearch(NamedTuple):
     cutoff: float
 
 
-Limits = tuple[float, float, float, float]
-Sinusoids = tuple[float, float, float, float, float, float]
 Extremes = tuple[float, float, float, float]
 """W and H of both outlines between which all others lie."""
 
@@ -94,7 +91,7 @@ def _minimum(outlines: Array, deductions: Array, search: OrientationSearch) -> t
 
 
 @kernel
-def _least(sides: Extremes, limits: Limits, floor: float) -> float:
+def _least(sides: Extremes, limits: tuple[float, float, float, float], floor: float) -> float:
     """Minimum between two outlines: an area at one of them, a misfit also where W and H are equal. No side is below
     ``floor``; inf where one exceeds its limit."""
     w0, h0, w1, h1 = sides
@@ -118,15 +115,15 @@ def _minimum_near_base_line(
     deductions: Array,
     edges: Array,
     search: OrientationSearch,
-    limits: Limits,
+    limits: tuple[float, float, float, float],
     best: float,
 ) -> tuple[float, float]:
     """``_minimum`` for orientations within pi/4 of the base line; ``best`` is the incumbent."""
     area, at, pads = search.per_width == 0.0 and search.per_height == 0.0, 0.0, search.pads
     # No side is less than twice the crank.
     floor = 2.0 * min(outlines[1, 0], outlines[2, 0]) + pads
-    # Right ends of the intervals that remain; the first begins at ``left``.
-    right_ends = np.empty(_STACK)
+    # Right ends of the intervals that remain, the first of which begins at ``left``; halved 50 times at most.
+    right_ends = np.empty(64)
     for k in range(edges.size - 1):
         left, right = edges[k], edges[k + 1]
         if not right > left:
@@ -164,7 +161,7 @@ def _minimum_near_base_line(
             improvable = lower_bound < search.cutoff and (
                 best >= search.cutoff or lower_bound < best * (1.0 - search.tolerance)
             )
-            if improvable and step >= 1e-28 and depth < _STACK:
+            if improvable and step >= 1e-28:
                 right_ends[depth], depth = 0.5 * (left + right), depth + 1
             else:
                 left, at_left, depth = right, at_right, depth - 1
@@ -172,7 +169,7 @@ def _minimum_near_base_line(
 
 
 @kernel
-def _extremes(first: Sinusoids, second: Sinusoids, angle: float, pads: float) -> Extremes:
+def _extremes(first: tuple[float, ...], second: tuple[float, ...], angle: float, pads: float) -> Extremes:
     """W and H of both outlines at a direction, with pads."""
     c, s = math.cos(angle), math.sin(angle)
     return (
@@ -185,24 +182,24 @@ def _extremes(first: Sinusoids, second: Sinusoids, angle: float, pads: float) ->
 
 @kernel
 def minimum_boxes(
-    within: Array, low: Array, high: Array, deductions: Array, sizes: tuple[Array, Array], search: OrientationSearch
+    within: Array, low: Array, high: Array, deductions: Array, size: Array, high_size: Array, search: OrientationSearch
 ) -> Array:
     """Minima over ranges of outlines, (n, 3): the value, inf if no box fits, its direction, and 1 if pi/2 is to be
     added to that.
 
     ``within``, ``low`` and ``high`` are outlines of the range and of its ends, (n, 8) each, these to be multiplied by
-    their ``sizes``. Between the ends the extent of no part falls below the linear interpolation by more than
+    their sizes. Between the ends the extent of no part falls below the linear interpolation by more than
     ``deductions`` per size, (n, 5): of crank and rocker, for arcs that end earlier, and of the arc's other end along
     and across the base. In between are lower bounds, over a range of one outline without deductions its own values.
     """
     out, outlines, less = np.full((within.shape[0], 3), np.inf), np.empty((3, 8)), np.empty((2, 5))
     for i in range(within.shape[0]):
-        if not math.isfinite(sizes[0][i]):
+        if not math.isfinite(size[i]):
             continue
         outlines[0], outlines[1], outlines[2] = within[i], low[i], high[i]
-        outlines[1, :6] *= sizes[0][i]
-        outlines[2, :6] *= sizes[1][i]
-        less[0], less[1] = sizes[0][i] * deductions[i], sizes[1][i] * deductions[i]
+        outlines[1, :6] *= size[i]
+        outlines[2, :6] *= high_size[i]
+        less[0], less[1] = size[i] * deductions[i], high_size[i] * deductions[i]
         # W and H already include the pads minus the deductions, so they are compared with the limits directly.
         value, angle, swapped = _minimum(outlines, less, search)
         out[i, 0], out[i, 1], out[i, 2] = value, angle, 1.0 if swapped else 0.0

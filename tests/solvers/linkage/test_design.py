@@ -12,7 +12,7 @@ from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.linkage.limits import Limits
 from solvers.linkage.optimum import infeasibility
-from solvers.linkage.optimum.branch_and_bound import search
+from solvers.linkage.optimum.branch_and_bound import search_all
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.quantities import Quantities
 from tests.solvers.linkage import brute_force
@@ -555,12 +555,12 @@ def searches_of(limits, monkeypatch):
     """Objective and number of ranges of every search for the diagnosis of a breaker's largest base."""
     sought = []
 
-    def recorded(problem, *rest):
-        found = search(problem, *rest)
-        sought.append((problem.objective.name, found.cells))
+    def recorded(problem, gap):
+        found = search_all(problem, gap)
+        sought.extend((problem.objective.name, each.cells) for each in found)
         return found
 
-    monkeypatch.setattr(infeasibility, "search", recorded)
+    monkeypatch.setattr(infeasibility, "search_all", recorded)
     assert designed(BREAKER, limits, "longest_link", "largest_base").diagnosis
     return sought
 

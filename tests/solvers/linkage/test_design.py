@@ -587,6 +587,19 @@ def test_a_side_out_of_reach_is_attainable_in_the_orientation_that_the_other_one
         assert (designed(BREAKER, eased, objective).value is not None) == attained
 
 
+@pytest.mark.parametrize("room", [0.0, 1e-10, 1e-8])
+@pytest.mark.parametrize("limit", ["longest_link", "enclosing_radius"])
+@pytest.mark.parametrize("objective", ["impact_speed", "blow_frequency"])
+def test_a_size_hardly_above_the_least_that_the_least_link_allows_is_met_at_once(objective, limit, room):
+    """There the two limits meet in a smooth minimum."""
+    scene = linkage.Scene(linkage.Restitution(0.42, 0.42), 14.6, 1.0, 110.3)
+    asked = Limits(min_link=27.79e-3, transmission_angle=None, **{limit: 0.05})
+    (entry,) = designed(scene, asked, objective, "largest_rocker").diagnosis
+    outcome = designed(scene, replace(asked, **{limit: entry.attainable * (1 + room)}), objective, "largest_rocker")
+    assert outcome.certificate.gap <= 1.1e-6
+    assert outcome.certificate.evidence["ranges_largest_rocker"] < 1000
+
+
 def test_a_gap_that_the_tails_leave_is_not_narrowed_elsewhere():
     scene = replace(BREAKER, restitution=linkage.Restitution(0.09, 0.09))
     outcome = designed(scene, Limits(height=0.05), "impact_speed", "largest_base")

@@ -183,7 +183,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.crank.check.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.effects._changes", "f2"),
-        ("solvers.crank.effects._sampled_results", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
+        ("solvers.crank.effects._sampled_results", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i f1"),
         ("solvers.crank.motion.slider_crank._motion", "f1 solvers.crank.motion.slider_crank.Geometry"),
         ("solvers.numerics.monotone_cubic.monotone_cubics", "f1 f1"),
     ),

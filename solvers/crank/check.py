@@ -183,7 +183,9 @@ def analyse(
     torque_mean = found.gas_work / scene.cylinder.period
     extremes = float(found.torque.value[-2]), -float(found.torque.value[-1])
     speed_fluctuation = speed_fluctuation_of(cycle, found.gas_work, found.gas_work_error, found.fluctuation, *extremes)
-    loads = found.loads
+    loads, g = found.loads, cycle.motion.geometry
+    # Where the rod is hardly longer than the crank, the lengths' own rounding turns it further.
+    rounding = max(_ROUNDING, np.finfo(float).eps * g.length / (g.length - g.r - abs(g.offset)))
     maxima = zip(LOADS, loads.place.tolist(), loads.value.tolist(), loads.pressure.tolist(), strict=False)
     worst = tuple(Worst(name, place % scene.cylinder.period, force, p) for name, place, force, p in maxima)
     value = CrankDynamics(
@@ -202,7 +204,7 @@ def analyse(
         status=Status.SUCCEEDED,
         value=value,
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces}),
+        accuracy=Accuracy(accuracy, max(found.error, float(rounding)), {"pieces": found.pieces}),
         timing={"solve_s": time.perf_counter() - started},
     )
 

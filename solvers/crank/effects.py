@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Cycle, Machine, forces_at
-from solvers.crank.gas.unrolled_pressure import Unrolled, pressure_of
+from solvers.crank.cycle.forces import Cycle, Machine, forces_at, kinetic_energy
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, wrapped
 from solvers.crank.motion.slider_crank import angle_functions
 from solvers.crank.scene import Scene
 from solvers.errors import InvalidInput
@@ -60,51 +60,61 @@ class Situation:
     def _results(self, effects: frozenset[str]) -> Array:
         cycle = self.cycle(effects)
         count = _ANGLES_PER_STROKE * self.scene.cylinder.strokes
-        return _sampled_results(cycle.machine, cycle.curve, np.array(self.scene.engine.phases), count)
+        return _sampled_results(cycle.machine, cycle.curve, np.array(self.scene.engine.phases), count, cycle.peaks)
 
 
 @kernel
-def _sampled_results(machine: Machine, gas: Unrolled, phases: Array, count: int) -> Array:
+def _sampled_results(machine: Machine, gas: Unrolled, phases: Array, count: int, peaks: Array) -> Array:
     """Return the main results at ``count`` angles (4, results): without inertia and couple, with the couple, with the
-    inertia, with both.
+    inertia, with both. The forces also at the ``peaks`` and in the middle between two, for rods hardly longer than the
+    crank.
 
     Of one cylinder the rod's maximum compression and tension, side force, loads of wrist pin, crank pin and bearing
     [N], and the mean torque [N m]; of those with these ``phases`` [rad] together the work between the extremes of the
     speed [J].
     """
-    period, last, k = gas.breaks[-1] - gas.breaks[0], gas.stroke.size - 1, 0
-    found, torque = np.zeros((4, _RESULTS)), np.empty((4, count))
+    period, between = gas.breaks[-1] - gas.breaks[0], max(2 * peaks.size - 1, 0)
+    found, torque, energy = np.zeros((4, _RESULTS)), np.empty(count), np.empty((4, count))
     found[:, :2] = -np.inf
-    for i in range(count):
+    for i in range(-between, count):
         phi = gas.breaks[0] + (i + 0.5) * period / count
-        while k < last and gas.breaks[k + 1] <= phi:
-            k += 1
+        if i < 0:
+            phi = wrapped(0.5 * (peaks[(-1 - i) // 2] + peaks[-i // 2]), gas.breaks)
+        k = piece_of(phi, gas.breaks)
         at = angle_functions(phi, machine.geometry)
         pressure = pressure_of(phi, at, k, gas)
         for n in range(4):
             inertia, couple = n // 2, n % 2
-            f = forces_at(at, pressure, Machine(
+            active = Machine(
                 machine.geometry, machine.speed, machine.area, machine.back_pressure, inertia * machine.reciprocating,
                 inertia * machine.piston, couple * machine.defect, machine.big_end, machine.rotating,
-            ))  # fmt: skip
+            )  # fmt: skip
+            f = forces_at(at, pressure, active)
             square = f.tangential * f.tangential
             found[n, 0], found[n, 1] = max(found[n, 0], f.rod), max(found[n, 1], -f.rod)
             found[n, 2] = max(found[n, 2], f.side * f.side)
             found[n, 3] = max(found[n, 3], f.wrist_pin_axial * f.wrist_pin_axial + f.side * f.side)
             found[n, 4] = max(found[n, 4], square + (f.radial - machine.big_end) ** 2)
             found[n, 5] = max(found[n, 5], square + (f.radial - machine.rotating) ** 2)
-            torque[n, i] = f.tangential * machine.geometry.r
+            if n == 0:
+                torque[max(i, 0)] = f.tangential * machine.geometry.r
+            energy[n, max(i, 0)] = kinetic_energy(at, active)
+    found[:, 6] = torque.sum() / count
+    surplus = (torque - found[0, 6]) * (period / count)
+    gas_work = np.cumsum(surplus) - 0.5 * surplus
     for n in range(4):
         for result in range(2, 6):
             found[n, result] = np.sqrt(found[n, result])
-        mean, surplus = torque[n].sum() / count, np.zeros(count)
+        work = np.zeros(count)
         for phase in phases:
-            shifted = round(phase * count / period) % count
+            whole = np.floor(phase * count / period)
+            part, place = phase * count / period - whole, int(whole % count)
+            before = gas_work[-1] - energy[n, -1]
             for i in range(count):
-                surplus[shifted] += torque[n, i] - mean
-                shifted = shifted + 1 if shifted + 1 < count else 0
-        work = np.cumsum(surplus)
-        found[n, 6], found[n, 7] = mean, (work.max() - work.min()) * period / count
+                here = gas_work[i] - energy[n, i]
+                work[place] += here + part * (before - here)
+                before, place = here, place + 1 if place + 1 < count else 0
+        found[n, 7] = work.max() - work.min()
     return found
 
 

@@ -117,6 +117,15 @@ def forces_at(at: AngleFunctions, pressure: float, machine: Machine) -> Instant:
 
 
 @inlined_kernel
+def kinetic_energy(at: AngleFunctions, machine: Machine) -> float:
+    """Return m_j v^2/2 - Delta J (omega beta')^2/2 [J]: with the masses at both pins, that of the rod is too great."""
+    crank_pin_speed = machine.speed * machine.geometry.r
+    piston_speed = crank_pin_speed * (at.sine + at.cosine * at.tangent)
+    rod_speed = crank_pin_speed / machine.geometry.length * at.cosine * at.secant
+    return 0.5 * (machine.reciprocating * piston_speed * piston_speed - machine.defect * rod_speed * rod_speed)
+
+
+@inlined_kernel
 def norm(x: float, y: float) -> float:
     """sqrt(x^2 + y^2)."""
     return math.sqrt(x * x + y * y)
@@ -170,19 +179,24 @@ class Cycle:
         return self.scene.engine if "engine" in self.effects else SINGLE
 
     @property
-    def pieces(self) -> Unrolled:
-        """The pressures, with breaks around the positions with the crank perpendicular to the cylinder axis.
+    def peaks(self) -> Array:
+        """Angles [rad] around the positions with the crank perpendicular to the cylinder axis, ascending.
 
         There a rod hardly longer than its crank has a peak of tan(beta) within sqrt(1 - sin^2(beta)); the spacing is
-        halved toward the peak. For longer rods there are no such breaks.
+        halved toward the peak. For longer rods there are none.
         """
         m = self.scene.mechanism
         peak_width = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
         if peak_width > _MAX_PEAK_WIDTH:
-            return self.curve
+            return np.empty(0)
         distances = peak_width * 2.0 ** np.arange(math.ceil(math.log2(_MAX_PEAK_WIDTH / peak_width)) + 2)
         centres = (np.arange(-1, 4 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
-        return self.curve.divided(np.concatenate([centres - distances, centres, centres + distances], axis=1))
+        return (centres + np.concatenate([-distances[::-1], [0.0], distances])).ravel()
+
+    @property
+    def pieces(self) -> Unrolled:
+        """The pressures, with breaks at the ``peaks``."""
+        return self.curve.divided(self.peaks) if self.peaks.size else self.curve
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Cycle, Machine
+from solvers.crank.cycle.forces import Cycle, Machine, kinetic_energy
 from solvers.crank.cycle.group import CylinderGroup
 from solvers.crank.cycle.worst_instants import SUBINTERVALS, instant_of
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, volume_of, work_at, wrapped
@@ -96,11 +96,8 @@ def _surplus_work(
             phi = wrapped(phi, gas.breaks)
             k = piece_of(phi, gas.breaks)
         at = angle_functions(phi, machine.geometry)
-        crank_pin_speed = machine.speed * machine.geometry.r
-        piston_speed = crank_pin_speed * (at.sine + at.cosine * at.tangent)
-        rod_speed = crank_pin_speed / machine.geometry.length * at.cosine * at.secant
         total += before[k] + work_since_break(phi, k, machine, gas) - mean * phi
-        total += 0.5 * (machine.defect * rod_speed * rod_speed - machine.reciprocating * piston_speed * piston_speed)
+        total -= kinetic_energy(at, machine)
     return total
 
 

@@ -46,6 +46,45 @@ def test_leaving_an_effect_out_changes_no_worst_force_by_more_than_its_bound(cas
                 assert abs(without.force / with_it.force - 1) <= bounds[name] + 1e-9, (name, with_it.name)
 
 
+def _change_without(scene: crank.Scene, name: str) -> tuple[float, float]:
+    """The estimated influence of an effect; the relative change that its omission causes in the greatest loads and the
+    work between the extremes of the speed."""
+    full = crank.analyse(scene, ALL)
+    less = crank.analyse(scene, EffectSelection(exclude=frozenset({name}), automatic=False)).value
+    changes = [abs(a.force / b.force - 1) for a, b in zip(less.worst, full.value.worst, strict=True)]
+    changes.append(abs(less.speed_fluctuation.work_fluctuation / full.value.speed_fluctuation.work_fluctuation - 1))
+    return next(e.influence for e in full.effects if e.name == name), max(changes)
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-6])
+def test_the_narrow_peak_of_a_rod_hardly_longer_than_its_crank_counts(gap):
+    """The inertia is a twentieth of the gas force at the peak, and next to nothing a degree away from it."""
+    r, length, cylinder = 0.04, 0.04 / (1.0 - gap), crank.Cylinder(0.08, 1e-5, 1e5, 2)
+    angle = np.arange(24) * (math.pi / 12.0)
+    table = crank.TablePressure(tuple(angle), tuple(1e6 + 8e5 * np.cos(angle - 1.0)))
+    gas = (0.9e6 + 8e5 * math.sin(1.0)) * cylinder.area
+    speed = math.sqrt(0.05 * math.sqrt(2.0 * gap) * gas / (0.5 * r)) / (2.0 * math.pi)
+    masses = crank.Masses(0.5, crank.RodMass(length, 0.0, 0.0), crank.CrankThrow())
+    influence, change = _change_without(
+        crank.Scene(crank.Mechanism(r, length, speed), cylinder, table, masses), "reciprocating_inertia"
+    )
+    assert change == pytest.approx(0.05, rel=0.1)
+    assert change < influence < 1.5 * change
+
+
+def test_the_couples_of_evenly_phased_cylinders_nearly_cancel():
+    """Phases rounded to the sampled angles leave more of them than there is, or less."""
+    length, r, cylinder = 0.39, 0.375, crank.Cylinder(0.5, 1e-3, 1e5, 2)
+    angle = np.arange(36) * (math.pi / 18.0)
+    table = crank.TablePressure(tuple(angle), tuple(1e5 + 1e5 / (1.2 - np.cos(angle))))
+    rod = crank.RodMass(length, 15.0, 0.17, 1.8)
+    nine = crank.Engine(tuple(2.0 * math.pi * i / 9 for i in range(9)), (0.0,) * 9)
+    masses = crank.Masses(12.0, rod, crank.CrankThrow())
+    scene = crank.Scene(crank.Mechanism(r, length, 1.0), cylinder, table, masses, nine)
+    influence, change = _change_without(scene, "rod_inertia_couple")
+    assert change < influence < 3.0 * change, (influence, change)
+
+
 def test_auto_leaves_out_what_cannot_matter():
     slow = crank.analyse(car(mechanism=replace(CAR, speed=0.5)))
     states = {e.name: str(e.state) for e in slow.effects}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
@@ -253,3 +254,19 @@ def test_shaft_inertia_counts_every_turning_part():
     assert found == pytest.approx(scene.masses.throw.inertia(0.04) + scene.masses.rod.at_crank_pin * 0.04**2)
     both = crank.analyse(car(masses=replace(MASSES, rods_per_pin=2))).value.speed_fluctuation.inertia
     assert both - found == pytest.approx(scene.masses.rod.at_crank_pin * 0.04**2)
+
+
+def test_the_estimate_covers_the_rounding_of_lengths_where_the_rod_is_hardly_longer_than_the_crank():
+    """Lengths in millimetres, whose conversion turns the rod: rod length less crank radius and offset is 4 nm."""
+    r, length, offset = 665.7919647208216, 665.8129409672414, 0.02097217717600584
+    table = crank.TablePressure((0.0, 2.0, 4.0), (1e6,) * 3)
+    masses = crank.Masses(0.0, crank.RodMass(length * 1e-3, 0.0, 0.0), crank.CrankThrow())
+    mechanism = crank.Mechanism(r * 1e-3, length * 1e-3, 1e-3, offset * 1e-3)
+    cylinder = crank.Cylinder(0.08, 1e-5, 1e5, 2)
+    outcome = crank.analyse(crank.Scene(mechanism, cylinder, table, masses), ALL, accuracy=1e-9)
+    side_force = next(w.force for w in outcome.value.worst if w.name == "side_force_max")
+    with mp.workdps(40):
+        sine = (mp.mpf(r) + mp.mpf(offset)) / mp.mpf(length)
+        exact = 9e5 * mp.mpf(cylinder.area) * sine / mp.sqrt(1 - sine * sine)
+        error = float(abs(side_force / exact - 1))
+    assert 1e-9 < error < outcome.accuracy.estimated

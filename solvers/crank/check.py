@@ -85,7 +85,7 @@ class CrankDynamics:
     @cached_property
     def brix_pressure(self) -> Array | None:
         """p [Pa] by Brix's construction; None for table pressures, or with an offset."""
-        return self.cycle.curve.brix_pressure(self.angle)
+        return None if self.brix_pressure_error is None else self.cycle.curve.pressure(self.angle, brix=True)
 
 
 class WholeCycle(NamedTuple):
@@ -194,7 +194,7 @@ def analyse(
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
         worst=worst,
-        brix_pressure_error=float(loads.value[BRIX]) if cycle.curve.has_brix else None,
+        brix_pressure_error=float(loads.value[BRIX]) if cycle.curve.by_volume and g.offset == 0.0 else None,
         speed_fluctuation=speed_fluctuation,
         balance=balance(cycle) if "engine" in cycle.effects else None,
         shared_pin=tuple(found.shared_pin.value[:2].tolist()) if shared else None,

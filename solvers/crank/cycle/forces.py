@@ -196,7 +196,12 @@ class Cycle:
     @property
     def pieces(self) -> Unrolled:
         """The pressures, with breaks at the ``peaks``."""
-        return self.curve.divided(self.peaks) if self.peaks.size else self.curve
+        gas, peaks = self.curve, self.peaks
+        if not peaks.size:
+            return gas
+        breaks = np.union1d(gas.breaks, peaks[(gas.breaks[0] < peaks) & (peaks < gas.breaks[-1])])
+        piece = np.searchsorted(gas.breaks, breaks[:-1], side="right") - 1
+        return gas._replace(breaks=breaks, origin=gas.origin[piece], cubic=gas.cubic[piece], stroke=gas.stroke[piece])
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""

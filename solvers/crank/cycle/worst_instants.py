@@ -85,16 +85,6 @@ def _write_rows(
 
 
 @kernel
-def _is_continuous(n: int, gas: Unrolled, group: CylinderGroup) -> bool:
-    """Return whether the pressures are continuous at the start of a piece."""
-    for cylinder in range(group.shift.shape[1]):
-        k = group.piece[n, cylinder]
-        if n == 0 or k < 0 or gas.stroke[group.piece[n - 1, cylinder]] != gas.stroke[k]:
-            return False
-    return True
-
-
-@kernel
 def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, alone: bool) -> tuple[Array, Array]:
     """Return the sampling points, SUBINTERVALS + 1 per piece, and the rows there, (rows, points)."""
     count, each = group.bounds.size - 1, SUBINTERVALS + 1
@@ -104,19 +94,14 @@ def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, alone: b
         low, high = group.bounds[n], group.bounds[n + 1]
         for j in range(each):
             places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / SUBINTERVALS), high), n
-        if _is_continuous(n, gas, group):
+        continuous = n > 0
+        for cylinder in range(group.shift.shape[1] if continuous else 0):
+            k = group.piece[n, cylinder]
+            continuous &= k >= 0 and gas.stroke[group.piece[n - 1, cylinder]] == gas.stroke[k]
+        if continuous:
             pieces[n * each] = -1
     _write_rows(places, pieces, machine, gas, group, alone and brix, out)
     return places, out
-
-
-@inlined_kernel
-def _second_difference(values: Array, first: int) -> float:
-    """Return the greatest second difference, in magnitude, of the samples of the piece that starts at ``first``."""
-    greatest_difference = 0.0
-    for j in range(first + 1, first + SUBINTERVALS):
-        greatest_difference = max(greatest_difference, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
-    return greatest_difference
 
 
 @inlined_kernel
@@ -150,7 +135,9 @@ def refined_maxima(
         best, where, piece = values[sample], places[sample], sample // each
         scale = max(abs(best), abs(values.min()))
         for first in range(0, count, each):
-            second_difference = _second_difference(values, first)
+            second_difference = 0.0  # the greatest of the piece, in magnitude
+            for j in range(first + 1, first + SUBINTERVALS):
+                second_difference = max(second_difference, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
             for j in range(each):
                 if values[first + j] + 0.5 * second_difference > best:
                     estimate = _upper_estimate(values, first, j, second_difference)

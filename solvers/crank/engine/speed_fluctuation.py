@@ -136,26 +136,18 @@ def work_extremes(
     return max(greatest - least, 0.0), 2.0 * error
 
 
-def _shaft_inertia(cycle: Cycle) -> float:
-    """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins.
-
-    A single cylinder whose crank pin has two rods turns both, as in the rotating mass.
-    """
-    scene, engine, radius = cycle.scene, cycle.scene.engine, cycle.motion.crank_radius
-    rods = scene.masses.rods_per_pin
-    throws = max(len(engine.phases) // rods, 1)
-    rotating = throws * (scene.masses.throw.inertia(radius) + rods * scene.masses.rod.at_crank_pin * radius**2)
-    return engine.flywheel_inertia + rotating
-
-
 def speed_fluctuation_of(
     cycle: Cycle, gas_work: float, gas_work_error: float, work_fluctuation: float, torque_max: float, torque_min: float
 ) -> SpeedFluctuation:
     """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity, from one cylinder's
     gas work [J] and its error, the work between the extremes of the speed [J] and those of the summed torque [N m]."""
-    engine, speed = cycle.engine, cycle.machine.speed
+    engine, speed, masses = cycle.engine, cycle.machine.speed, cycle.scene.masses
+    # J of flywheel, throws, and the rods' shares at the crank pins; a single cylinder with two rods turns both.
+    flywheel_inertia, radius, rods = cycle.scene.engine.flywheel_inertia, cycle.motion.crank_radius, masses.rods_per_pin
+    throws = max(len(cycle.scene.engine.phases) // rods, 1)
+    inertia = flywheel_inertia + throws * (masses.throw.inertia(radius) + rods * masses.rod.at_crank_pin * radius**2)
     per_work = len(engine.phases) / cycle.scene.cylinder.period
-    mean_torque, inertia, wanted = per_work * gas_work, _shaft_inertia(cycle), engine.wanted_irregularity
+    mean_torque, wanted = per_work * gas_work, engine.wanted_irregularity
     torque_irregularity = flywheel = None
     if abs(mean_torque) > per_work * gas_work_error:
         torque_irregularity = (torque_max - torque_min) / abs(mean_torque)

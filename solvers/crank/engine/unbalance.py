@@ -43,13 +43,6 @@ class Balance:
     rotating_couple: float | None
 
 
-def _harmonic_samples(cycle: Cycle) -> int:
-    """Number of angles that keeps aliasing below rounding: harmonics decay as exp(-k acosh((L - |e|)/r))."""
-    m = cycle.scene.mechanism
-    decay = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
-    return min(max(256, 2 ** math.ceil(math.log2(40.0 / decay))), _MOST_SAMPLES)
-
-
 def balance(cycle: Cycle) -> Balance:
     """Compute unbalanced forces and couples, by order, from the harmonics of the exact motion.
 
@@ -58,7 +51,10 @@ def balance(cycle: Cycle) -> Balance:
     exp(i(alpha + k psi))/2; its maximum magnitude is the sum of theirs. Couples are taken about the middle of the
     cylinders.
     """
-    samples = _harmonic_samples(cycle)
+    m = cycle.scene.mechanism
+    # Harmonics decay as exp(-k acosh((L - |e|)/r)): so many samples keep aliasing below rounding.
+    decay = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
+    samples = min(max(256, 2 ** math.ceil(math.log2(40.0 / decay))), _MOST_SAMPLES)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
     # Of the displacement: with a rod hardly longer than the crank the acceleration's peaks are too narrow to sample.
     harmonics = np.fft.rfft(cycle.motion.displacement(angle))

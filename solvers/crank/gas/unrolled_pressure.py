@@ -71,28 +71,8 @@ class Unrolled(NamedTuple):
         before = self.pressure(np.nextafter(angle, -np.inf) if self.by_volume else angle)
         return tuple(zip(angle.tolist(), (self.pressure(angle) - before).tolist(), strict=True))
 
-    def divided(self, angle: Array) -> Unrolled:
-        """The same pressures with additional breaks at these angles [rad]."""
-        breaks = np.union1d(self.breaks, angle[(self.breaks[0] < angle) & (angle < self.breaks[-1])])
-        piece = np.searchsorted(self.breaks, breaks[:-1], side="right") - 1
-        return self._replace(
-            breaks=breaks, origin=self.origin[piece], cubic=self.cubic[piece], stroke=self.stroke[piece]
-        )
-
-    def pressure(self, angle: ArrayLike) -> Array:
-        """p(phi) [Pa], same shape as the angles; periodic."""
-        return self._evaluate(angle, False)
-
-    @property
-    def has_brix(self) -> bool:
-        """Whether Brix's construction applies: to a diagram, without an offset."""
-        return self.by_volume and self.geometry.offset == 0.0
-
-    def brix_pressure(self, angle: ArrayLike) -> Array | None:
-        """The pressure of the diagram unrolled by Brix's construction [Pa]; None unless ``has_brix``."""
-        return self._evaluate(angle, True) if self.has_brix else None
-
-    def _evaluate(self, angle: ArrayLike, brix: bool) -> Array:
+    def pressure(self, angle: ArrayLike, brix: bool = False) -> Array:
+        """p(phi) [Pa], same shape as the angles; periodic. ``brix`` is for diagrams: by Brix's construction."""
         phi = np.asarray(angle, dtype=float)
         return _pressures(np.ascontiguousarray(phi).ravel(), self, brix).reshape(phi.shape)
 
@@ -179,17 +159,13 @@ def refined(gas: Unrolled, longest: float) -> Unrolled:
     parts = np.empty(gas.stroke.size, np.intp)
     for k in range(parts.size):
         parts[k] = max(math.ceil((gas.breaks[k + 1] - gas.breaks[k]) / longest), 1)
-    total, n = parts.sum(), 0
-    breaks, origin, cubic = np.empty(total + 1), np.empty(total), np.empty((total, 4))
-    stroke = np.empty(total, np.intp)
+    breaks, piece, n = np.full(parts.sum() + 1, gas.breaks[-1]), np.empty(parts.sum(), np.intp), 0
     for k in range(parts.size):
         for part in range(parts[k]):
             breaks[n] = gas.breaks[k] + (gas.breaks[k + 1] - gas.breaks[k]) * (part / parts[k])
-            origin[n], stroke[n] = gas.origin[k], gas.stroke[k]
-            for i in range(4):
-                cubic[n, i] = gas.cubic[k, i]
+            piece[n] = k
             n += 1
-    breaks[total] = gas.breaks[-1]
+    origin, cubic, stroke = gas.origin[piece], gas.cubic[piece], gas.stroke[piece]
     return Unrolled(breaks, origin, cubic, stroke, gas.by_volume, gas.geometry, gas.area, gas.clearance)
 
 

@@ -38,10 +38,10 @@ def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, 
     names = list(values)
     matrix = np.eye(len(names)) * 1j * _COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
-    outputs = function(inputs)
+    each = np.zeros(len(names))  # an output may depend on no input
     return {
-        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / _COMPLEX_STEP).tolist(), strict=True))
-        for out, found in outputs.items()
+        out: dict(zip(names, (each + found.imag / _COMPLEX_STEP).tolist(), strict=True))
+        for out, found in function(inputs).items()
     }
 
 

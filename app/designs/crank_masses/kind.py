@@ -175,7 +175,6 @@ _SHOWN = (
     "rod_cg_from_pin_mm", "rod_mass_at_pin_kg", "rod_mass_at_crank_kg", "rod_inertia_kg_m2", "inertia_defect_kg_m2",
     "piston_mass_kg", "rod_mass_kg",
 )  # fmt: skip
-_ROUNDING = 1e-14
 
 
 def run_masses(request: MassesRequest) -> Answer:
@@ -196,7 +195,7 @@ def run_masses(request: MassesRequest) -> Answer:
         if known is not None and name in known.interval:
             intervals[shown] = [end / unit for end in known.interval[name]]
     result |= {"uncertainty_method": known and known.method, "intervals": intervals, "warnings": list(found.warnings)}
-    accuracy = accuracy_json(Accuracy(asked.accuracy, _ROUNDING, {"form": "closed"}))
+    accuracy = accuracy_json(Accuracy(asked.accuracy, found.rounding, {"form": "closed"}))
     return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
 
 

@@ -50,10 +50,7 @@ def _on_shaft(bounds: Array, gas: Unrolled, phases: Array, exact: bool) -> Cylin
 def equal_pieces(gas: Unrolled, phases: Array, count: int) -> CylinderGroup:
     """Return the group with this many equal pieces, within which the pressures may have breaks."""
     start, period = gas.breaks[0], gas.breaks[-1] - gas.breaks[0]
-    bounds = np.empty(count + 1)
-    for k in range(count + 1):
-        bounds[k] = start + period * (k / count)
-    return _on_shaft(bounds, gas, phases, False)
+    return _on_shaft(start + period * (np.arange(count + 1) / count), gas, phases, False)
 
 
 @kernel

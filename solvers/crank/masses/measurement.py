@@ -26,6 +26,8 @@ _MAX_SUM_ERROR = 0.02
 """Relative difference between the sum of the readings and the rod's mass above which the data is rejected."""
 _NOTABLE_SUM_ERROR = 5e-6
 """Relative difference above which a warning states it; below, it would be stated as 0."""
+_ROUNDING, _LEAST_REFERENCE = 4.0 * np.finfo(float).eps, 1e-7
+"""Relative rounding of each quantity and step; smallest reference of relative errors, as a fraction of the terms."""
 USUAL = {
     "spark ignition": ((80.0, 150.0), (100.0, 200.0)),
     "diesel": ((150.0, 300.0), (250.0, 400.0)),
@@ -38,10 +40,15 @@ Textbook figures, quoted from memory and rounded; suitable only to detect mispla
 
 @dataclass(frozen=True)
 class RodMasses:
-    """Reduced masses, SI units, None if the method does not determine them; ``uncertainty`` has the same keys."""
+    """Reduced masses, SI units, None if the method does not determine them; ``uncertainty`` has the same keys.
+
+    ``rounding`` is the greatest relative error that rounding causes; of an inertia defect near zero relative to 1e-7 of
+    the terms that nearly cancel.
+    """
 
     values: Mapping[str, float | None]
     uncertainty: Propagated | None
+    rounding: float
     warnings: tuple[str, ...] = ()
 
 
@@ -69,12 +76,14 @@ class Measurement:
 
     def evaluate(self, formula: Function, warnings: Sequence[str]) -> RodMasses:
         """Evaluate a formula of the quantities, and propagate their uncertainties if any is positive."""
-        found = formula({name: np.array(value) for name, value in self.given.items()})
-        return RodMasses(
-            {name: float(np.asarray(value)) for name, value in found.items()},
-            propagate(formula, self.given, self.uncertain) if self.uncertain else None,
-            tuple(warnings),
-        )
+        given = self.given
+        found = formula({name: np.array(value) for name, value in given.items()})
+        values = {name: float(np.asarray(value)) for name, value in found.items()}
+        by_input = sensitivities(formula, given)
+        terms = [(abs(v), sum(abs(by_input[name][x] * given[x]) for x in given)) for name, v in values.items()]
+        relative = [size / max(value, _LEAST_REFERENCE * size) for value, size in terms if size > 0.0]
+        uncertainty = propagate(formula, given, self.uncertain) if self.uncertain else None
+        return RodMasses(values, uncertainty, _ROUNDING * max(relative, default=0.0), tuple(warnings))
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -139,6 +140,22 @@ def test_a_rod_that_is_two_masses_cannot_be_found_by_swinging(nearness):
     found = crank.weigh(crank.Weighing(0.16, 0.62 * 0.045 / 0.16, 0.62 * 0.115 / 0.16, 0.62, periods[0], gravity=9.81))
     assert found.values["rod_cg_from_pin"] == pytest.approx(0.115, rel=1e-12)
     assert found.values["rod_inertia"] == pytest.approx(inertia, rel=1e-12)
+
+
+@pytest.mark.parametrize("defect", [2e-4, -2e-3, 0.1])
+def test_the_rounding_of_nearly_two_masses_is_estimated(defect):
+    """The nearer to two masses, the more the same digits of the periods leave open."""
+    length, cg, mass = 0.16, 0.115, 0.62
+    inertia = mass * cg * (length - cg) * (1.0 - defect)
+    small, big = (period(inertia, mass, arm, 9.81, 0.0) for arm in (cg, length - cg))
+    found = crank.swing(crank.Pendulum(length, small, big, mass, gravity=9.81))
+    with mp.workdps(40):
+        a, b = (mp.mpf(9.81) * mp.mpf(t) ** 2 / (4 * mp.pi**2) for t in (small, big))
+        x = mp.mpf(length) * (b - mp.mpf(length)) / (a + b - 2 * mp.mpf(length))
+        exact = {"rod_cg_from_pin": x, "rod_inertia": mp.mpf(mass) * x * (a - x)}
+        errors = [float(abs(found.values[name] / value - 1)) for name, value in exact.items()]
+    assert max(errors) < found.rounding < 2e-14 / abs(defect)
+    assert abs(defect) > 1e-3 or max(errors) > 1e-14
 
 
 def test_periods_that_no_rod_has_are_refused():

@@ -150,6 +150,12 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     from starlette.exceptions import HTTPException
     from starlette.requests import ClientDisconnect
     from starlette.responses import Response
+    from starlette.routing import Match
+
+    def methods(request: Request) -> str:
+        """All methods of the path (RFC 9110, 10.2.1); the router tells those of the first route that has it."""
+        scopes = {method: {**request.scope, "method": method} for method in ("GET", "POST", "PUT", "PATCH", "DELETE")}
+        return ", ".join(m for m, scope in scopes.items() if any(r.matches(scope)[0] is Match.FULL for r in app.routes))
 
     problems = {
         **_PROBLEMS,
@@ -161,6 +167,8 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     def handler(problem_of: Callable[[Any], Problem]) -> Callable[[Request, Any], Awaitable[Response]]:
         async def answer(request: Request, error: Exception) -> Response:
             problem = problem_of(error)
+            if problem.status == 405:
+                problem.headers["Allow"] = methods(request)
             return page(request, problem) or problem_response(problem)
 
         return answer

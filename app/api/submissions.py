@@ -137,11 +137,14 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
     )
 
 
-@router.post("/{collection}/{slug}", include_in_schema=False)
-async def unknown_kind(collection: str, slug: str) -> Response:
+async def unknown_kind(slug: str) -> Response:
     """Respond 404 with the existing kinds and modes."""
     known = sorted(f"{PATHS[mode]}/{kind.slug}" for kind in KINDS.values() for mode in modes_of(kind))
     raise Problem(404, "No such kind", "there are " + ", ".join(known))
+
+
+for _collection in PATHS.values():
+    router.post(f"/{_collection}/{{slug}}", include_in_schema=False)(unknown_kind)
 
 
 def install(app: FastAPI) -> dict[str, APIRoute]:

@@ -192,6 +192,19 @@ def test_every_refusal_has_the_same_shape(client, method, path, status):
     assert answer.json()["status"] == status
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "allowed"),
+    [
+        ("PUT", "/api/v1/batches", "GET, POST"),
+        ("PUT", "/api/v1/runs/none", "GET, DELETE"),
+        ("GET", "/api/v1/checks/flexible-rod", "POST"),
+    ],
+)
+def test_a_method_not_allowed_is_told_all_that_are(client, method, path, allowed):
+    answer = client.request(method, path)
+    assert (answer.status_code, answer.headers["allow"]) == (405, allowed)
+
+
 def test_the_number_of_fields_is_limited(client):
     most = client.app.state.settings.max_body_names
     for number, told in ((most, "100 fields"), (most + 1, f"at most {most}")):

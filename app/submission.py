@@ -10,7 +10,7 @@ import time
 from collections import Counter
 from collections.abc import Awaitable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 from pydantic import BaseModel
 
@@ -22,6 +22,7 @@ from app.designs.kind import REFUSED, Job, Kind, Mode
 from app.designs.problems import INVALID, SOLVER_FAILED
 from app.designs.progress import Progress
 from app.designs.registry import KINDS, job_of
+from app.designs.rehearsals import FIRST_RUN, rehearsals_of
 from app.designs.schema import entry, time_budget_of
 from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
@@ -49,6 +50,18 @@ _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
 _MAX_FULL_RESULTS = 64
 _DRAW_AGAIN = {"Retry-After": "5"}
+
+
+@cache
+def _first_run() -> str:
+    """The spec hash of the first run."""
+    _job, request = next(rehearsals_of(*FIRST_RUN))
+    return runs.queued(FIRST_RUN[0], Mode.DESIGN, request).spec_hash
+
+
+def _part_of(run: RunRecord) -> str:
+    """What the run's kernels are compiled with: its mode; the first run, which is asked for at once, by itself."""
+    return FIRST_RUN[1] if run.spec_hash == _first_run() else run.mode
 
 
 @dataclass(frozen=True)
@@ -152,7 +165,7 @@ class Service:
         payload = run.spec
         if times.solver_s is not None:
             payload = request.model_copy(update={"time_budget_s": times.solver_s}).model_dump_json().encode()
-        call = partial(self.executor.run, run.kind, run.mode, payload)
+        call = partial(self.executor.run, run.kind, _part_of(run), payload)
         try:
             return await self.admission.run(
                 call, times.kill_s, run.mode in _SHORT_MODES, partial(self._set_progress, run.id), on_start
@@ -387,7 +400,7 @@ class Service:
     async def _solve_when_warm(self, run: RunRecord, job: Job, request: BaseModel, started: float) -> RunRecord:
         """Solve once the kernels are compiled; an accepted run is never refused for a missing kernel."""
         while True:
-            while any(each.kind == run.kind and each.remaining_s > 0 for each in self.executor.warmup_status):
+            while not self.executor.is_warm(run.kind, _part_of(run)):
                 await asyncio.sleep(_RETRY_S)
             try:
                 return await self._solve(run, job, request, started, partial(self._mark_running, run.id))

@@ -72,13 +72,18 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
 """Further requests, as changes of the kind's example."""
 
 
-PARTS: tuple[tuple[str, str], ...] = tuple(
-    (kind.slug, str(mode))
-    for kind in KINDS.values()
-    for mode in sorted(kind.jobs, key=lambda each: each is Mode.DESIGN)
+FIRST_RUN = ("flexible-rod", "first run")
+"""The example of a rod's design, which `serve --demo` asks for: it calls three fifths of the rod's kernels."""
+
+PARTS: tuple[tuple[str, str], ...] = (
+    FIRST_RUN,
+    *(
+        (kind.slug, str(mode))
+        for kind in KINDS.values()
+        for mode in sorted(kind.jobs, key=lambda each: each is Mode.DESIGN)
+    ),
 )
-"""All kinds and modes in compilation order: the kind of the first run first, its check, which needs less, before its
-design."""
+"""The first run, then all kinds and modes, in compilation order: checks, which need less, before designs."""
 
 WINGS: Mapping[str, str] = {
     "flexible-rod": "solvers.rod",
@@ -92,16 +97,22 @@ WINGS: Mapping[str, str] = {
 
 def example(slug: str, mode: str) -> tuple[Job, Any] | None:
     """A kind's example at low accuracy; None for modes without a job of their own."""
-    kind = KINDS[slug]
-    job = kind.jobs.get(Mode(mode))
-    return job and (job, job.request.model_validate({**kind.example(Mode(mode)), "accuracy": _LOOSE}))
+    kind, chosen = KINDS[slug], mode_of(mode)
+    job = kind.jobs.get(chosen)
+    return job and (job, job.request.model_validate({**kind.example(chosen), "accuracy": _LOOSE}))
+
+
+def mode_of(name: str) -> Mode:
+    """The mode of a part; of the first run, a design."""
+    return Mode.DESIGN if name == FIRST_RUN[1] else Mode(name)
 
 
 def rehearsals_of(slug: str, mode: str) -> Iterator[tuple[Job, Any]]:
-    """The example of one kind and mode, and its variants."""
-    kind, chosen = KINDS[slug], Mode(mode)
+    """The example of one kind and mode, and its variants; of the first run those that its worker solves."""
+    kind, chosen = KINDS[slug], mode_of(mode)
     job = kind.jobs[chosen]
-    for variant in ({}, *_VARIANTS.get((slug, chosen), ())):
+    variants = ({"accuracy": _LOOSE},) if (slug, mode) == FIRST_RUN else _VARIANTS.get((slug, chosen), ())
+    for variant in ({}, *variants):
         yield job, job.request.model_validate({**kind.example(chosen), **variant})
 
 

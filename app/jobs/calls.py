@@ -40,12 +40,13 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Encoded
 def _solver(kind_slug: str, mode: str) -> Callable[[bytes, Report], EncodedAnswer]:
     """Runs a registered job on a request given as JSON, and reports its progress."""
     from app.designs.registry import KINDS, job_of
+    from app.designs.rehearsals import mode_of
     from app.encoded_answer import EncodedAnswer
 
-    job = job_of(KINDS[kind_slug], Mode(mode))
+    job = job_of(KINDS[kind_slug], mode_of(mode))
 
     def solved(payload: bytes, report: Report) -> EncodedAnswer:
-        return EncodedAnswer.of(kind_slug, mode, job.solve(job.request.model_validate_json(payload), report))
+        return EncodedAnswer.of(kind_slug, mode_of(mode), job.solve(job.request.model_validate_json(payload), report))
 
     return solved
 

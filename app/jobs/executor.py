@@ -45,6 +45,9 @@ class Executor(Protocol):
     def warmup_status(self) -> list[WarmupStatus]:
         """Warm-up status of every kind; empty if nothing has to be compiled, or while it is not known what has to."""
 
+    def is_warm(self, kind_slug: str, mode: str) -> bool:
+        """Whether the kernels of this kind and mode are compiled."""
+
     def start(self) -> None:
         """Start warming up, without blocking."""
 
@@ -133,6 +136,9 @@ class ProcessPool:
     @property
     def warm(self) -> bool:
         return self.wait_until_warm(0.0)
+
+    def is_warm(self, kind_slug: str, mode: str) -> bool:
+        return self._warming is None or self._warming.is_warm(kind_slug, mode)
 
     @property
     def warmup_status(self) -> list[WarmupStatus]:

@@ -1,8 +1,8 @@
 """Kernel warm-up: compile the kernels of every part ahead of the first request, in child processes, with progress.
 
-A part is a kind and a mode (`app.designs.rehearsals.PARTS`). The entry points it is known to call are compiled first
-(`app.designs.entries`), in units shared between two processes. Then its rehearsals are solved: they load those kernels
-from disk, compile any that were not listed, and write the part's marker.
+A part is a kind and a mode, or the first run (`app.designs.rehearsals.PARTS`). The entry points it is known to call are
+compiled first (`app.designs.entries`), in units shared between two processes. Then its rehearsals are solved: they load
+those kernels from disk, compile any that were not listed, and write the part's marker.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 
+from app.jobs.calls import EXPORT, PICTURE
 from app.jobs.compiling import Unit, compile_units, report_compiled, solve_rehearsals
 from app.jobs.errors import Warming, WorkerCrashed
 from app.jobs.fork_server import Child, ForkServer
@@ -113,7 +114,8 @@ class KernelWarming:
         return [part for part, progress in self._parts.items() if progress.state == "failed"]
 
     def is_warm(self, kind: str, mode: str) -> bool:
-        """Whether requests of this kind and mode need no compiler; an accuracy study needs all kernels of its kind.
+        """Whether requests of this kind and mode need no compiler; an accuracy study needs all kernels of its kind, a
+        picture or export those that its run has called.
 
         A part that could not be compiled ahead counts as warm: its requests compile on demand.
         """
@@ -123,7 +125,8 @@ class KernelWarming:
             concerned = [p for part, p in self._parts.items() if part == (kind, mode)] or [
                 p for part, p in self._parts.items() if part[0] == kind
             ]
-            return bool(concerned) and all(p.state in ("warm", "failed") for p in concerned)
+            ready = [p.state in ("warm", "failed") for p in concerned]
+            return any(ready) if mode.startswith((PICTURE, EXPORT)) else bool(ready) and all(ready)
 
     def check(self, kind: str, mode: str) -> None:
         """Raise Warming with the remaining time if the kernels of this kind and mode are not compiled yet."""

@@ -10,6 +10,7 @@ from app import runs
 from app.accepted_runs import MAX_ATTEMPTS
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS, example_of, job_of
+from app.designs.rehearsals import FIRST_RUN
 from app.encoded_answer import EncodedAnswer
 from app.jobs.errors import WorkerCrashed
 from app.store.faults import FaultKind, StoreFault
@@ -28,6 +29,9 @@ class Solving:
     """A slow executor that counts its calls and cancellations."""
 
     ready, warmup_status, background_workers = True, (), 0
+
+    def is_warm(self, *_: str) -> bool:
+        return True
 
     def __init__(self, seconds: float) -> None:
         self.seconds, self.asked, self.ended_early = seconds, 0, 0
@@ -159,5 +163,26 @@ def test_a_crashed_worker_is_retried_five_times(database_url: str) -> None:
             assert (await ended(one, run_id)).status == status
             assert living.executor.asked == 6
             await living.close()
+
+    with_two_stores(database_url, story)
+
+
+def test_the_first_run_waits_for_its_own_kernels(database_url: str) -> None:
+    """Whatever its name; another design of a rod waits for the kernels of all."""
+
+    class Cold(Solving):
+        def is_warm(self, *part: str) -> bool:
+            return part == FIRST_RUN
+
+    rod = KINDS["flexible-rod"]
+    first = job_of(rod, Mode.DESIGN).request.model_validate({**example_of(rod, Mode.DESIGN), "name": "mine"})
+
+    async def story(one: RunStore, _other: RunStore) -> None:
+        living = service(one, Cold(0.0))
+        later = await living.submit_later(rod, Mode.DESIGN, first.model_copy(update={"accuracy": 1e-3}), None, "")
+        run_id = (await living.submit_later(rod, Mode.DESIGN, first, None, "")).run_id
+        assert (await ended(one, run_id)).status == "infeasible"
+        assert (await one.get(later.run_id)).status == "queued"
+        await living.close()
 
     with_two_stores(database_url, story)

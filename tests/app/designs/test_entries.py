@@ -54,11 +54,7 @@ def test_no_unit_is_most_of_a_part() -> None:
 
 def test_the_largest_units_are_compiled_first() -> None:
     first = [kernels for _, kernels in units_of(("flexible-rod", "check"))][:4]
-    for dear in (
-        "linear_check._check",
-        "influences.corrected.change_with_corrections",
-        "cycle.field_results.field_results",
-    ):
+    for dear in ("influences.corrected.change_with_corrections", "cycle.field_results.field_results"):
         assert any(f"solvers.rod.{dear}" in kernels for kernels in first)
 
 

@@ -8,11 +8,12 @@ from collections import deque
 
 import pytest
 
+from app.designs.rehearsals import FIRST_RUN
 from app.jobs.compiling import Unit
 from app.jobs.fork_server import ForkServer
 from app.jobs.warming import KernelWarming, _Progress, _Task
 
-ROD, PIN = ("flexible-rod", "design"), ("pin-profile", "design")
+ROD, CHECK, PIN = ("flexible-rod", "design"), ("flexible-rod", "check"), ("pin-profile", "design")
 A, B, C = (Unit(((name, "f"),), frozenset({name})) for name in "abc")
 
 
@@ -29,6 +30,17 @@ def test_only_rehearsals_wait_and_only_for_entries_ahead_of_them() -> None:
     warming._running.remove(_Task(PIN, C))
     assert warming._next_task(set()) == _Task(PIN)
     assert warming._next_task(set()) is None
+
+
+def test_the_first_run_its_pictures_and_its_files_wait_for_their_own_kernels_only() -> None:
+    warming = KernelWarming(ForkServer("never started"))
+    warming._parts = {FIRST_RUN: _Progress("compiling"), CHECK: _Progress("waiting"), ROD: _Progress("waiting")}
+    asked = (FIRST_RUN[1], "picture:stability-map", "export:pdf", "check", "design", "accuracy")
+    assert not any(warming.is_warm("flexible-rod", mode) for mode in asked)
+    warming._parts[FIRST_RUN].state = "warm"
+    assert [warming.is_warm("flexible-rod", mode) for mode in asked] == [True, True, True, False, False, False]
+    warming._parts[CHECK].state, warming._parts[ROD].state = "warm", "failed"
+    assert all(warming.is_warm("flexible-rod", mode) for mode in asked)
 
 
 def test_a_process_goes_on_with_units_whose_kernels_it_has_compiled_and_others_have_not() -> None:

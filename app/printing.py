@@ -13,7 +13,7 @@ from rich.progress import Progress as Live
 from rich.table import Table
 
 from app.designs.progress import Progress, Report
-from app.designs.schema import LARGEST_INFLUENCE
+from app.designs.schema import LARGEST_INFLUENCE, accuracy_met
 from app.words.verdicts import margin
 
 Row = tuple[str, str]
@@ -127,7 +127,7 @@ def _bound(influence: float) -> str:
 
 
 def _accuracy(accuracy: dict[str, Any]) -> str:
-    met = "" if accuracy["met"] else ", NOT MET"
+    met = "" if accuracy_met(accuracy) else ", NOT MET"
     return f"requested {accuracy['requested']:g}, estimated {accuracy['estimated']:.2g}{met}"
 
 

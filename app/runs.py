@@ -13,6 +13,7 @@ from pydantic_core import from_json, to_json
 from app.designs.kind import Mode
 from app.designs.problems import problem_details
 from app.designs.progress import Progress
+from app.designs.schema import accuracy_met
 from app.encoded_answer import EncodedAnswer, offered
 from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
@@ -95,7 +96,7 @@ def complete(run: RunRecord) -> bool:
 
 def met(run: RunRecord | RunSummary) -> bool:
     """Whether the run met its requested accuracy."""
-    return run.accuracy is not None and json.loads(run.accuracy).get("met", False)
+    return run.accuracy is not None and accuracy_met(json.loads(run.accuracy))
 
 
 def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from app.designs.schema import Strict
+from app.designs.schema import Strict, accuracy_met
 from app.designs.units import figures, in_si, split_unit, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
@@ -186,7 +186,7 @@ def summary_of(
                 others,
             )
             said += " " + more % {"others": others, "all": len(criteria)}
-    return said if accuracy is None or accuracy["met"] else f"{said} {_missed(accuracy, texts)}"
+    return said if accuracy is None or accuracy_met(accuracy) else f"{said} {_missed(accuracy, texts)}"
 
 
 CriterionJson = Mapping[str, Any]

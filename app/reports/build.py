@@ -13,6 +13,7 @@ from typing import Any
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
+from app.designs.schema import accuracy_met
 from app.designs.units import figures, power
 from app.reports.calculation import blocks_of, chain_of, compared
 from app.reports.content import (
@@ -224,7 +225,7 @@ def _accuracy(run: Mapping[str, Any]) -> Iterator[Block]:
             "estimated": figures(told["estimated"], 2),
         }
         settings = ", ".join(f"{plain(name)} {_setting(value)}" for name, value in told["settings"].items())
-        met = _("met") if told["met"] else _("not met")
+        met = _("met") if accuracy_met(told) else _("not met")
         yield Paragraph(f"{asked} {met}" + (f" ({settings})." if settings else "."))
 
 

@@ -17,6 +17,7 @@ from markupsafe import Markup
 from app.access.csrf import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
+from app.designs.schema import accuracy_met
 from app.designs.units import figures, power, quantity, tidy
 from app.runs import met
 from app.words import units, verdicts
@@ -93,7 +94,8 @@ def add_filter(name: str, function: Callable[..., Any]) -> None:
 
 
 for _filter in (
-    *(figure, figures, uncertain, met, power, label, short, plain, spoken, foreign, first_upper, quantity),
+    *(figure, figures, uncertain, met, accuracy_met, power, label, short),
+    *(plain, spoken, foreign, first_upper, quantity),
     *(verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used, verdicts.summary),
 ):
     add_filter(_filter.__name__, _filter)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.registry import KINDS
+from app.designs.schema import accuracy_met
 from app.designs.units import quantity
 from app.designs.verdict import summary_of
 from app.words.languages import catalogue, language
@@ -24,7 +25,7 @@ def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
         return "doubtful"
     if not verdict["holds"]:
         return "fails"
-    return "holds" if accuracy is None or accuracy["met"] else "doubtful"
+    return "holds" if accuracy is None or accuracy_met(accuracy) else "doubtful"
 
 
 def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:

@@ -148,3 +148,11 @@ def test_the_service_serves_both_files(client):
     assert file.headers["content-type"] == "application/pdf"
     assert f"flexible-rod-{run['id']}.pdf" in file.headers["content-disposition"]
     assert len(PdfDocument(file.content)) <= 6
+
+
+def test_a_run_from_before_answers_said_whether_their_accuracy_was_met_has_a_report() -> None:
+    run = example("pin-profile", Mode.CHECK) | {"verdict": None, "holds": None}
+    del run["accuracy"]["met"]
+    assert ": met (sections" in text_of(pdf_of(run))
+    run["accuracy"]["estimated"] = 1e-3
+    assert ": not met (sections" in text_of(pdf_of(run))

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import copy
 import html
+import json
 import math
 import re
 import time
+from dataclasses import replace
 
 import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.store.record import new_run_id
 from app.web.comparison import _pairs, difference
 from app.words.shaping import sentences
 
@@ -426,3 +429,13 @@ def test_linkage_sensitivities(client):
     told = client.get(f"/runs/{run['id']}/worth").text
     share = float(re.search(r"Shortest link required</strong>: 1 % less saves ([\d.]+) % enclosing radius", told)[1])
     assert 0.0 < share <= 1.0
+
+
+def test_the_page_of_a_run_from_before_answers_said_whether_their_accuracy_was_met(client, pins) -> None:
+    store = client.app.state.service.store
+    record = client.portal.call(store.get, pins[0]["id"])
+    told = {name: value for name, value in json.loads(record.accuracy).items() if name != "met"}
+    run = replace(record, id=new_run_id(), accuracy=json.dumps(told).encode(), name="Before verdicts", verdict=None)
+    client.portal.call(store.put, run, None)
+    assert '<strong class="yes">met</strong>' in client.get(f"/runs/{run.id}", headers=HTML).text
+    assert "accuracy not met" not in client.get("/runs?text=Before verdicts", headers=HTML).text

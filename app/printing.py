@@ -13,7 +13,8 @@ from rich.progress import Progress as Live
 from rich.table import Table
 
 from app.designs.progress import Progress, Report
-from app.designs.schema import LARGEST_INFLUENCE, accuracy_met
+from app.designs.schema import LARGEST_INFLUENCE
+from app.designs.verdict import accuracy_met
 from app.words.verdicts import margin
 
 Row = tuple[str, str]

@@ -13,7 +13,7 @@ from pydantic_core import from_json, to_json
 from app.designs.kind import Mode
 from app.designs.problems import problem_details
 from app.designs.progress import Progress
-from app.designs.schema import accuracy_met
+from app.designs.verdict import accuracy_met
 from app.encoded_answer import EncodedAnswer, offered
 from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now

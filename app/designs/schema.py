@@ -299,11 +299,6 @@ def accuracy_json(accuracy: Accuracy) -> dict[str, Any]:
     }
 
 
-def accuracy_met(accuracy: Mapping[str, Any]) -> bool:
-    """Whether the accuracy of a stored run was met; the earliest runs do not say."""
-    return bool(accuracy["estimated"] <= accuracy["requested"])
-
-
 def _with_accuracy_warning(result: dict[str, Any] | None, accuracy: Accuracy) -> dict[str, Any] | None:
     """The result with a warning prepended if the requested accuracy was missed."""
     if result is None or "warnings" not in result or accuracy.met:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from app.designs.schema import Strict, accuracy_met
+from app.designs.schema import Strict
 from app.designs.units import figures, in_si, split_unit, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
@@ -147,6 +147,11 @@ def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
         "holds": holds,
         "asked": asked,
     }
+
+
+def accuracy_met(accuracy: Mapping[str, Any]) -> bool:
+    """Whether the accuracy of a stored run was met; the earliest runs do not say."""
+    return bool(accuracy["estimated"] <= accuracy["requested"])
 
 
 def summary_of(

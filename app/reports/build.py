@@ -13,8 +13,8 @@ from typing import Any
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
-from app.designs.schema import accuracy_met
 from app.designs.units import figures, power
+from app.designs.verdict import accuracy_met
 from app.reports.calculation import blocks_of, chain_of, compared
 from app.reports.content import (
     Banner,

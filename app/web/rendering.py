@@ -17,8 +17,8 @@ from markupsafe import Markup
 from app.access.csrf import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
-from app.designs.schema import accuracy_met
 from app.designs.units import figures, power, quantity, tidy
+from app.designs.verdict import accuracy_met
 from app.runs import met
 from app.words import units, verdicts
 from app.words.fields import named, plain

@@ -6,9 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.registry import KINDS
-from app.designs.schema import accuracy_met
 from app.designs.units import quantity
-from app.designs.verdict import summary_of
+from app.designs.verdict import accuracy_met, summary_of
 from app.words.languages import catalogue, language
 from app.words.languages import gettext as _
 from app.words.units import System, system, told, unit_shown

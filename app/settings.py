@@ -14,7 +14,7 @@ from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.schema import MAX_TIME_S
 from app.invalid_settings import InvalidSettings
 from app.logging import LogFormat, LogLevel
-from app.store.leases import LEASE_S
+from app.store.leases import LEASE_S, LONGEST_LEASE_S
 
 REQUESTS_PER_MINUTE = 1200
 """Default quota where other machines can reach the service."""
@@ -73,7 +73,7 @@ class Settings(BaseSettings):
     lease_s: float = Field(
         default=LEASE_S,
         ge=0.2,
-        le=600.0,
+        le=LONGEST_LEASE_S,
         description="seconds of silence after which another process takes over batch chunks and accepted runs",
     )
     max_upload_bytes: int = Field(default=50_000_000, ge=1_000, description="largest batch file accepted by a page")

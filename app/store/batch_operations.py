@@ -23,7 +23,7 @@ from app.store.batch_items import DIGEST_BYTES, ITEM_COLUMNS, unsealed
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, ItemStatus
 from app.store.errors import IdempotencyConflict
 from app.store.idempotency import batch_under, lock_key, run_under
-from app.store.leases import now
+from app.store.leases import expired, now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
 
@@ -175,7 +175,8 @@ class Claim:
         if not _lock(connection, self.number):
             return []
         time_now = now(connection)
-        found = self._select_chunks(connection, ChunkState.LEASED, self.chunks, batch_chunks.c.leased_until < time_now)
+        left = expired(batch_chunks.c.leased_until, time_now)
+        found = self._select_chunks(connection, ChunkState.LEASED, self.chunks, left)
         # A waiting row may be cut into several chunks.
         found += self._select_chunks(connection, ChunkState.WAITING, self.chunks - len(found))
         claimed: list[Chunk] = []

@@ -14,7 +14,7 @@ from app.store.batch_items import digest
 from app.store.batch_operations import batch_columns, record_of
 from app.store.batch_records import ACTIVE, DAMAGED, BatchRecord, BatchStatus, ChunkState, Item
 from app.store.errors import DamagedRecord, UnknownBatch
-from app.store.leases import now
+from app.store.leases import expired, now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches
 from app.store.viewer import viewer
 
@@ -69,8 +69,8 @@ def list_batches(connection: Connection, wanted: BatchFilter, before: str | None
 
 def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
     """Owner and number of each active batch with a chunk that can be leased: waiting, or with an expired lease."""
-    expired = and_(batch_chunks.c.state == ChunkState.LEASED, batch_chunks.c.leased_until < now(connection))
-    free = or_(batch_chunks.c.state == ChunkState.WAITING, expired)
+    left = and_(batch_chunks.c.state == ChunkState.LEASED, expired(batch_chunks.c.leased_until, now(connection)))
+    free = or_(batch_chunks.c.state == ChunkState.WAITING, left)
     query = (
         select(batches.c.owner, batches.c.number)
         .where(batches.c.status.in_(ACTIVE), exists().where(batch_chunks.c.batch == batches.c.number, free))

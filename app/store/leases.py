@@ -6,10 +6,11 @@ import os
 import socket
 import time
 
-from sqlalchemy import Connection, func, select
+from sqlalchemy import ColumnElement, Connection, func, or_, select
 
 LEASE_S = 15.0
 """Lease duration in seconds: a process silent for longer loses its leases."""
+LONGEST_LEASE_S = 600.0
 
 
 def now(connection: Connection) -> float:
@@ -17,6 +18,11 @@ def now(connection: Connection) -> float:
     if connection.dialect.name == "postgresql":
         return float(connection.scalar(select(func.extract("epoch", func.clock_timestamp()))))
     return time.time()
+
+
+def expired(leased_until: ColumnElement[float], time_now: float) -> ColumnElement[bool]:
+    """Whether leases have expired; those that end later than any can were given before the clock was set back."""
+    return or_(leased_until < time_now, leased_until > time_now + LONGEST_LEASE_S)
 
 
 def new_owner() -> str:

@@ -12,7 +12,7 @@ from sqlalchemy import Connection, delete, insert, select, update
 
 from app.logging import get_logger
 from app.store.errors import DamagedRecord
-from app.store.leases import now
+from app.store.leases import expired, now
 from app.store.models import promises, runs
 from app.store.operations import Put, PutOnce
 from app.store.record import RunRecord, StoredResponse
@@ -73,7 +73,7 @@ class TakeOverExpired:
         time_now = now(connection)
         left = (
             select(promises.c.run_id, promises.c.attempts)
-            .where(promises.c.leased_until < time_now)
+            .where(expired(promises.c.leased_until, time_now))
             .order_by(promises.c.run_id)
             .limit(self.limit)
             .with_for_update(skip_locked=True)

@@ -122,6 +122,9 @@ def test_expired_leases_are_taken_over_and_late_answers_are_dropped(database_url
         await store.write(Release("next"))
         again = await store.write(Claim(batch.number, "last", 30.0, 2, 100))
         assert [(c.first, c.attempts) for c in again] == [(0, 3), (5, 1)]
+        # A lease that ends later than any can is from before the clock was set back.
+        await store.write(Renew("last", 86_400.0))
+        assert [c.first for c in await store.write(Claim(batch.number, "later", 30.0, 2, 100))] == [0, 5]
 
     run(database_url, story)
     assert verify(database_url).sound

@@ -9,6 +9,7 @@ from typing import Any
 from sqlalchemy import select, update
 
 from app.store.engine import make_engine
+from app.store.leases import LONGEST_LEASE_S
 from app.store.models import promises, runs
 from app.store.record import Finish, RunStatus
 from app.store.repository import RunStore
@@ -49,6 +50,17 @@ def test_an_expired_lease_is_taken_over_exactly_once(database_url: str) -> None:
 
     with_store(database_url, story)
     assert verify(database_url).sound
+
+
+def test_a_lease_from_before_the_clock_was_set_back_is_taken_over(database_url: str) -> None:
+    left, held = queued(), queued()
+
+    async def story(store: RunStore) -> None:
+        await store.put_leased(left, None, "dead", 86_400.0)
+        await store.put_leased(held, None, "alive", LONGEST_LEASE_S - 1.0)
+        assert [taken.run.id for taken in await store.write(TakeOverExpired("one", 60.0, 9))] == [left.id]
+
+    with_store(database_url, story)
 
 
 def test_an_orderly_shutdown_releases_leases_without_counting_attempts(database_url: str) -> None:

@@ -34,3 +34,12 @@ def test_more_than_two_varied_fields_have_axes_side_by_side(address: str, page: 
     items = {"done": 3, "total": 12, "succeeded": 3, "infeasible": 0, "failed": 0, "refused": 0, "cancelled": 0}
     page.evaluate("batch => show(batch)", {"status": "running", "items": items})
     expect(page.locator("#progress p").first).to_contain_text("running: 3 / 12")
+
+
+def test_a_batch_is_followed_further_after_a_busy_moment(address: str, page: Page) -> None:
+    run = {"kind": "flexible-rod", "mode": "design", "base": example("flexible-rod", Mode.DESIGN), "combine": "grid"}
+    batch = solved(address, "batches", run | {"vary": {"load.p_min_mpa": {"from": 1.2, "to": 1.5, "steps": 100}}})
+    page.route("**/events", lambda route: route.fulfill(status=503), times=1)
+    with page.expect_response(lambda answer: answer.url.endswith("/events") and answer.ok):
+        page.goto(f"{address}/batches/{batch['id']}")
+    page.get_by_role("button", name="Cancel the rest").click()

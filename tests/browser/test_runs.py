@@ -148,6 +148,19 @@ def test_a_run_under_way_is_cancelled(sound, address):
     expect(sound.get_by_role("button", name="Cancel this run")).to_have_count(0)
 
 
+def test_a_busy_moment_is_no_end_of_a_run(browser, address):
+    study = {"spec": example("impact-linkage", Mode.DESIGN), "study_budget_s": 60.0}
+    run = solved(address, "accuracy/impact-linkage", study, Prefer="respond-async")
+    page, loads = browser.new_page(), []
+    page.on("framenavigated", lambda frame: loads.append(frame.url))
+    page.route("**/api/v1/runs/*", lambda route: route.fulfill(status=503, body="{}"), times=1)
+    with page.expect_response(lambda answer: "/api/v1/runs/" in answer.url and answer.ok):
+        page.goto(f"{address}/runs/{run['id']}")
+    assert len(loads) == 1
+    page.get_by_role("button", name="Cancel this run").click()
+    page.close()
+
+
 def test_the_reference_stands_by_itself(sound, address):
     sound.goto(f"{address}/docs")
     sound.locator("#post-api-v1-checks-pin-profile details").first.click()

@@ -190,7 +190,7 @@ async function refresh() {
 
 map.querySelector(".axes").addEventListener("change", refresh);
 refresh();
-if (progress.dataset.events) {
+function follow() {
   const events = new EventSource(progress.dataset.events);
   let due = 0;
   const told = (event) => {
@@ -199,4 +199,7 @@ if (progress.dataset.events) {
   };
   events.addEventListener("progress", told);
   events.addEventListener("ended", (event) => { events.close(); told(event); location.reload(); });
+  // A service that is busy or starting anew refuses, after which a browser does not ask again by itself.
+  events.addEventListener("error", () => { if (events.readyState === EventSource.CLOSED) setTimeout(follow, 2000); });
 }
+if (progress.dataset.events) follow();

@@ -4,14 +4,16 @@ for (const place of document.querySelectorAll("[data-live]")) {
   const bar = place.querySelector("progress"), words = place.querySelector(".doing");
   const look = async () => {
     try {
-      const run = await (await fetch(place.dataset.live)).json();
+      const answer = await fetch(place.dataset.live);
+      if (answer.status >= 429) throw answer;
+      const run = await answer.json();
       if (run.status !== "queued" && run.status !== "running") return location.reload();
       if (run.progress && bar) {
         bar.max = run.progress.of;
         bar.value = run.progress.done;
         words.textContent = place.dataset.words.replace(/\{(\w+)\}/g, (_, name) => (name === "doing" && steps[run.progress.doing]) || run.progress[name]);
       }
-    } catch { /* The service may be starting anew: look again. */ }
+    } catch { /* The service may be busy or starting anew: look again. */ }
     setTimeout(look, 700);
   };
   setTimeout(look, 500);

@@ -16,6 +16,7 @@ from app.errors import Problem
 from app.submission import Service
 from app.web.form_pages import begun
 from app.web.forms.faults import placed
+from app.web.forms.shown_in import NAME, as_shown
 from app.web.forms.tree import form_of
 from app.web.run_pages import run_of, shown
 from app.web.stock import FORM, rounded, stock_offer
@@ -23,6 +24,10 @@ from app.words.effects import switched
 from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
+
+
+SHOWN_IN_MM = NAME + System.METRIC
+"""Name of the input with the language in which the form of stock sizes, always in millimetres, was shown."""
 
 
 def _redirect(path: str) -> Response:
@@ -67,6 +72,7 @@ async def to_stock(
     sizes: Annotated[str, Form(max_length=5000)] = "",
     width: Annotated[str, Form(max_length=40)] = "",
     length: Annotated[str, Form(max_length=40)] = "",
+    language: Annotated[str, Form(max_length=40, alias=SHOWN_IN_MM)] = "",
 ) -> Response:
     """Redesign the strip from stock sizes and redirect to the comparison with the unrestricted design, or show the
     run's page again with messages at the faulty fields."""
@@ -75,7 +81,7 @@ async def to_stock(
         raise Problem(409, "Nothing to round", "only a found strip without a stock of its own is rounded")
     service: Service = request.app.state.service
     kind, texts = KINDS[run["kind"]], {"sizes": sizes, "width": width, "length": length}
-    with measuring(System.METRIC):
+    with as_shown(texts | {SHOWN_IN_MM: language}):
         spec = rounded(run, texts)
     try:
         asked = parse(job_of(kind, Mode.DESIGN).request, json.dumps(spec).encode())

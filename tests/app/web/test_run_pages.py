@@ -198,11 +198,11 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     # Redesign from stock sizes, compared with the unrestricted design.
     sent = {"sizes": "0.4 0,42 0.45", "width": "0.5", "length": "0,5"}
     # The form was shown in Russian; in English, chosen in another tab since, this is a list of two.
-    russian = {"sizes": "0,42", "shown_in.metric": "ru"}
+    russian = {"sizes": "0,45", "shown_in.metric": "ru"}
     answer = client.post(f"/runs/{run['id']}/stock", data=sent | russian, follow_redirects=False)
     assert answer.status_code == 303
     rounded = ended(client, f"/runs/{answer.headers['location'].rpartition('b=')[2]}")
-    assert rounded["spec"]["stock_h_mm"] == [0.42]
+    assert rounded["spec"]["stock_h_mm"] == [0.45]
     assert rounded["result"]["mass_g"] > run["result"]["mass_g"]
     more = 100.0 * (rounded["result"]["mass_g"] / run["result"]["mass_g"] - 1.0)
     assert f"{more:+.3g} %" in client.get(answer.headers["location"]).text

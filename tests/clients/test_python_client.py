@@ -11,7 +11,7 @@ from pathlib import Path
 
 import httpx
 import pytest
-from crankwright_client import AsyncClient, Client, NoAnswer, Problem, Retries, Run, RunFailed
+from crankwright_client import AsyncClient, Client, NoAnswer, Problem, Retries, Run, RunFailed, wire
 from starlette.testclient import TestClient
 
 from app.designs.kind import Mode
@@ -359,3 +359,8 @@ def test_a_request_that_json_cannot_carry_is_named(value, error):
 def test_a_file_of_another_type_is_no_batch(tmp_path):
     with Client() as client, pytest.raises(ValueError, match=r"x\.json is no batch: allowed .* sweep\(\)"):
         client.batch("pin-profile", "check", tmp_path / "x.json")
+
+
+@pytest.mark.parametrize("fields", ["mass_g", ["mass_g"], ("mass_g",)])
+def test_one_field_of_results_may_be_named_without_a_list(fields) -> None:
+    assert wire.results({"links": {"results": "/r"}}, "ndjson", fields=fields).params["fields"] == "mass_g"

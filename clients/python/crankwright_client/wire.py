@@ -95,8 +95,9 @@ def sweep(told: Mapping[str, Any], key: str | None) -> Call:
 
 
 def results(batch: Batch, form: str, status: str | None = None, fields: Iterable[str] = ()) -> Call:
-    """The results of finished items."""
-    return Call("GET", batch["links"]["results"], params=_given(format=form, status=status, fields=",".join(fields)))
+    """The results of finished items; a text as ``fields`` is a name, or names separated by commas."""
+    names = fields if isinstance(fields, str) else ",".join(fields)
+    return Call("GET", batch["links"]["results"], params=_given(format=form, status=status, fields=names))
 
 
 def rows_of(answer: httpx.Response) -> Iterator[dict[str, Any]]:

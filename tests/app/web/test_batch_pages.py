@@ -29,7 +29,9 @@ def settled(client: TestClient, place: str) -> str:
     end = time.monotonic() + 60
     while "data-events" in (text := client.get(place).text):
         assert time.monotonic() < end
+        assert '<noscript><meta http-equiv="refresh"' in text, "without scripts the page is loaded again"
         time.sleep(0.1)
+    assert 'http-equiv="refresh"' not in text
     return text
 
 

@@ -12,6 +12,7 @@ from solvers.outcome import Outcome
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
 from solvers.rod.optimum.answer.result import RodDesign, SearchResult
+from solvers.rod.optimum.search.context import Suffices, never
 from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.strip_search import CoreOptimum, StripSearch, beyond_core
 from solvers.rod.problem import Requirements, RodProblem
@@ -75,13 +76,14 @@ class _Design:
     relaxes: bool = True
     slack: float = 0.0
     known: tuple[Dimensions, ...] = ()
+    suffices: Suffices = never
     other_designs: dict[tuple[str, Requirements], AttainableBest | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.selected = EffectsAtStrips(self.problem, self.selection, self.effect_tolerance)
         self.search = StripSearch(
             self.problem, self.selected, self.accuracy, self.criterion, self.watch, self.other_design, self.relaxes,
-            self.slack, self.known,
+            self.slack, self.known, self.suffices,
         )  # fmt: skip
 
     def run(self) -> Outcome[RodDesign]:
@@ -125,13 +127,7 @@ class _Design:
             else:
                 core = replace(core, strip=result.strip)
             result = self.search.with_effects(chosen, core)
-        return self.complete(self.without_surplus_effects(result))
-
-    def complete(self, result: SearchResult) -> SearchResult:
-        """The result with the same effects of a search to the end."""
-        if result.complete or self.search.out_of_time:
-            return result
-        return self.result_near(result.chosen, result.strip)
+        return self.without_surplus_effects(result)
 
     def result_near(self, chosen: frozenset[str], strip: Dimensions) -> SearchResult:
         """The result with given effects; the search on the full model starts at a strip."""
@@ -140,15 +136,17 @@ class _Design:
 
     def without_surplus_effects(self, result: SearchResult) -> SearchResult:
         """The result with the effects selected at its strip only, without those selected on the way to it, if it is
-        not worse for that and its strip selects the same: an answer should not depend on the way to it."""
-        selected = self.selected.at(result.strip)
-        if selected >= result.chosen or self.search.out_of_time or result.excess > self.effect_tolerance:
+        not worse for that and its strip selects the same: an answer should not depend on the way to it. Otherwise that
+        of a search to the end with all of them."""
+        selected, other = self.selected.at(result.strip), result
+        if not (selected >= result.chosen or self.search.out_of_time or result.excess > self.effect_tolerance):
+            other = self.result_near(selected, result.strip)
+            is_as_good = other.feasible or (self.search.is_nearly_met(other.excess) and not result.feasible)
+            if is_as_good and not self.search.out_of_time and self.selected.at(other.strip) == selected:
+                return other
+        if result.complete or self.search.out_of_time:
             return result
-        other = self.result_near(selected, result.strip)
-        is_as_good = other.feasible or (self.search.is_nearly_met(other.excess) and not result.feasible)
-        if is_as_good and not self.search.out_of_time and self.selected.at(other.strip) == selected:
-            return other
-        return result
+        return self.result_near(result.chosen, (other if other.feasible else result).strip)
 
     def core_optimum(self, chosen: frozenset[str], fixed: bool = False) -> tuple[frozenset[str], CoreOptimum]:
         """The effects selected at the core's optimum added to ``chosen`` unless ``fixed``, and that optimum.
@@ -171,17 +169,21 @@ class _Design:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)
 
-    def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
+    def other_design(
+        self, effects: EffectSelection, problem: RodProblem, suffices: Suffices = never
+    ) -> AttainableBest | None:
         """The design of another problem in the same scene, which selects its own effects whichever it begins with; None
-        if infeasible or if no time is left."""
+        if infeasible or if no time is left. Raises ``Sufficient`` at the first result whose check suffices."""
         if not in_time(self.watch):
             return None
         key = problem.objective.name, problem.requirements
         if key not in self.other_designs:
-            self.other_designs[key] = self.attainable_best(effects, problem)
+            self.other_designs[key] = self.attainable_best(effects, problem, suffices)
         return self.other_designs[key]
 
-    def attainable_best(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
+    def attainable_best(
+        self, effects: EffectSelection, problem: RodProblem, suffices: Suffices
+    ) -> AttainableBest | None:
         """The design of another problem, which begins with given effects and selects its own at its result; known
         strips that nearly meet its requirements are further starts."""
         asked, nearly = problem.requirements, problem.requirements.relaxed(_NEARLY)
@@ -192,7 +194,7 @@ class _Design:
             for name, check in others
             if nearly.met_by(check) and (name == problem.objective.name or not asked.met_by(check))
         )
-        other = replace(self, problem=problem, relaxes=False, known=known)
+        other = replace(self, problem=problem, relaxes=False, known=known, suffices=suffices)
         result = other.result_with_selected_effects(given=effects.include)
         if not result.feasible:
             return None

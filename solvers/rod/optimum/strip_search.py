@@ -15,16 +15,14 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.optimum.answer.answers import Answers
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.answer.result import RodDesign, SearchResult
 from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
-from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, search
-from solvers.rod.optimum.search.context import Context, SurplusEffects
+from solvers.rod.optimum.search.context import Context, OtherEffects, Suffices, never
 from solvers.rod.optimum.search.continuous_sizes import continuous_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
 from solvers.rod.optimum.search.discrete_sizes import discrete_optimum
@@ -47,8 +45,6 @@ _MARGIN, _MIN_GAIN, _NEGLIGIBLE_GAIN = 0.05, 0.1, 0.5
 """Fractions of the accuracy: margin to the limits, the gain not worth another step, and that not worth a search."""
 _CORRECTION_MARGINS = (1e-3, 1e-3, 1e-2, 0.1, 1.0, 1.0)
 """Fractions of the accuracy: margins of the core's searches in turn, until a check meets the requirements."""
-_MAX_CHECK_ERROR, _RESOLVED = 1e-3, 0.3
-"""Maximum error of a check that counts in the minimum resolvable gain, and the share of one within the accuracy."""
 _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _UNRESOLVED_EXCESS = 2e-3
@@ -93,12 +89,13 @@ class StripSearch:
 
     selected       the effects selected at strips, with the bounds of their influence
     other_design   design of another problem in the same scene, beginning with given effects; None if infeasible or
-                   out of time
+                   out of time; ends with ``Sufficient`` at a check that suffices
     relaxes        whether requirements that leave no room will be relaxed within the accuracy
     slack          by how much the problem's requirements have been relaxed
     known          strips with the greatest value of the objective under other requirements: further starts
+    suffices       whether a check need not be improved upon
     out_of_time    whether the time has ended a search
-    earlier        the last search between resonances, and its effects
+    earlier        the last search between resonances
     """
 
     problem: RodProblem
@@ -106,12 +103,13 @@ class StripSearch:
     accuracy: float
     criterion: FatigueCriterion
     watch: Callable[[], None]
-    other_design: Callable[[EffectSelection, RodProblem], AttainableBest | None]
+    other_design: Callable[[EffectSelection, RodProblem, Suffices], AttainableBest | None]
     relaxes: bool = True
     slack: float = 0.0
     known: tuple[Dimensions, ...] = ()
+    suffices: Suffices = never
     out_of_time: bool = False
-    earlier: tuple[EarlierSearch, frozenset[str]] | None = None
+    earlier: EarlierSearch | None = None
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -132,13 +130,12 @@ class StripSearch:
         return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, p.bounds.stiffest)))
 
     def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
-        """The result with given effects; a ``tentative`` search ends at the first optimum if that does not call for all
-        of them."""
+        """The result with given effects; a ``tentative`` search ends at the first optimum if that calls for others."""
         context = self._context(chosen, core)
 
         def confirm_effects(local: LocalResult) -> None:
-            if chosen - self.selected.at(local.at.dimensions):
-                raise SurplusEffects
+            if chosen != self.selected.at(local.at.dimensions):
+                raise OtherEffects(local.at.dimensions)
 
         if tentative:
             context.confirm_effects = confirm_effects
@@ -154,23 +151,29 @@ class StripSearch:
         starts = [core.strip, *self.known, *([context.sizes.bounds.stiffest] if influence > 1.0 else [])]
         attainable = self._requirements_as_objectives(context)
         try:
-            optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
-        except SurplusEffects:
-            optimum, complete = context.best_so_far(), False
+            optimum = self._on_full_model(context, attainable, core, starts, clearly_infeasible)
+        except OtherEffects as ended:
+            if context.coarse is not None:
+                self.earlier = EarlierSearch(context.coarse.best(), tuple(context.coarse.results), chosen)
+            compose = partial(self._answer_so_far, context, core.proof, beyond)
+            return SearchResult(chosen, ended.strip, 0.0, compose, complete=False)
         except AnsweredByOther as other:
             return other.result
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions
             if context.coarse is not None and not self.out_of_time:
-                self.earlier = EarlierSearch(optimum, tuple(context.coarse.results), complete), chosen
+                self.earlier = EarlierSearch(
+                    optimum.local, tuple(context.coarse.results), chosen, True, optimum.remaining_gain,
+                    optimum.ratio_range,
+                )  # fmt: skip
             compose = partial(self._answer, context, core.proof, beyond, optimum)
-            return SearchResult(chosen, best, 0.0, compose, complete)
+            return SearchResult(chosen, best, 0.0, compose)
         if self.out_of_time and optimum is None:
             return SearchResult(chosen, core.strip, math.inf, self._answers(context).failed)
         missed = math.inf if optimum is None else optimum.local.at.excess
         strip = core.strip if optimum is None else optimum.local.at.dimensions
         compose = partial(self._answers(context).infeasible, attainable, core.proof, strip, beyond, optimum)
-        return SearchResult(chosen, strip, missed, compose, complete)
+        return SearchResult(chosen, strip, missed, compose)
 
     def is_nearly_met(self, excess: float) -> bool:
         """Whether a strip violates the requirements, but by little more than the maximum slack."""
@@ -191,9 +194,9 @@ class StripSearch:
             p.scene, composition, self.criterion, fixed, tolerance, self.accuracy, required, self.sizes.free
         )
         margin = _MARGIN * self.accuracy
-        min_gain = max(_MIN_GAIN * self.accuracy, self._min_resolvable_gain(model, core.strip))
+        min_gain = max(_MIN_GAIN * self.accuracy, model.unresolved_gain_at(core.strip))
         task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
-        context = Context(p, core.cycle, model, task, self.sizes)
+        context = Context(p, core.cycle, model, task, self.sizes, suffices=self.suffices)
 
         def watch() -> None:
             try:
@@ -205,14 +208,6 @@ class StripSearch:
 
         model.watch = watch
         return context
-
-    def _min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
-        """The gain below which a step is not resolved: the error of a check, or a part of it within the accuracy, if
-        corners of the load excite vibration; otherwise 0."""
-        if not model.is_excited_by_corners or not is_stable(Cycle(self.problem.scene, strip, model.composition)):
-            return 0.0
-        error = model.check(strip).accuracy.estimated
-        return _RESOLVED * error if error <= self.accuracy else min(error, _MAX_CHECK_ERROR)
 
     def _on_core(self, context: Context, core: CoreOptimum) -> SearchResult:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
@@ -238,17 +233,17 @@ class StripSearch:
         return SearchResult(chosen, core.strip, max(core.excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
     def _on_full_model(
-        self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
+        self, context: Context, attainable: RequirementsAsObjectives, core: CoreOptimum, starts: Sequence[Dimensions],
         clearly_infeasible: bool,
     ) -> Optimum | None:  # fmt: skip
         """The best strip on the full model found within the time.
 
         A strip that rings and meets relaxed requirements comes from a search over all gaps between resonances.
         """
-        rings = context.model.has_resonances
+        rings, excess = context.model.has_resonances, core.excess
         try:
-            if self.slack > 0.0 and rings:
-                return optimum_near(context, starts[0])
+            if rings and self.slack > 0.0:
+                return optimum_near(context, core.strip)
             optimum = None if excess > 0.0 else self._optimum_from(context, starts)
             if _is_feasible(optimum) or not math.isfinite(excess):
                 return optimum
@@ -286,6 +281,10 @@ class StripSearch:
             yield closest.dimensions, True
         # If it violates none, its sizes are not available, and any requirement will do.
         violated = attainable.first_violated(closest)
+        if violated is not None and violated.result != self.problem.objective:
+            room = _MAX_MISSED * self.max_slack
+            if (strip := attainable.first_meeting(violated, room)) is not None:
+                yield strip, True
         best = None if violated is None else attainable.best(violated)
         if best is not None and attainable.may_be_met_by(best):
             if violated.result == self.problem.objective and self.problem.requirements.met_by(best.check):
@@ -301,15 +300,20 @@ class StripSearch:
 
     def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:
         """The last search between resonances, if its effects hardly differ from those ``chosen``."""
-        if self.earlier is None:
+        earlier = self.earlier
+        if earlier is None:
             return None
-        earlier, effects = self.earlier
-        influence = self.selected.influence(earlier.optimum.local.at.dimensions, tuple(chosen ^ effects))
+        influence = self.selected.influence(earlier.best.at.dimensions, tuple(chosen ^ earlier.effects))
         return replace(earlier, influence=influence) if influence <= MAX_INFLUENCE else None
 
     def _requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
         design_of = partial(self.other_design, context.model.effects)
         return RequirementsAsObjectives(self.problem, self.accuracy, design_of, partial(in_time, self.watch))
+
+    def _answer_so_far(self, context: Context, proof: Proof, beyond: tuple[str, ...]) -> Outcome[RodDesign]:
+        """The outcome of the best feasible strip checked so far, if there is one."""
+        optimum = context.best_so_far()
+        return self._answers(context).failed() if optimum is None else self._answer(context, proof, beyond, optimum)
 
     def _answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its

@@ -26,8 +26,9 @@ _POLYNOMIALS = 7
 """Number of polynomials along the strip; with more the error stays the same, with 5 it is four times as large."""
 _NARROWEST = 1e-5
 """Width of elements [rad] below which derivatives of polynomials on them lose too many digits."""
-_MOST_ELEMENTS = 1000
-"""Number of elements from which on exact motions take less time: there no mode is followed in time."""
+_MOST_ELEMENTS, _MOST_PER_CORNER = 1000, 4
+"""Numbers of elements, in all and per corner, from both of which on exact motions take less time: there no mode is
+followed in time."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration 
     greatest = excitation.states[FORCE].reshape(-1, _RULE.points.size).max(axis=1)
     frequency = equation.frequency_of(1, strip.couples * greatest - equation.mean)
     edges = split(excitation.edges, _STEP / frequency)
-    if resolved is None and edges.size > _MOST_ELEMENTS:
+    if resolved is None and edges.size > max(_MOST_ELEMENTS, _MOST_PER_CORNER * excitation.corners.size):
         return None
     motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, resolved)
-    return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation)
+    return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation, coherent=False)

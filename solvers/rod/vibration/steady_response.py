@@ -69,13 +69,14 @@ class SteadyVibration:
     """The dynamic part d of the deflection in one cycle.
 
     ``error`` estimates the numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
-    remains in a mean over the revolution.
+    remains in a mean over the revolution, where ringing may be ``coherent``: as if all corners excited it in phase.
     """
 
     motion: Motion
     error: float
     lasting_error: float
     excitation: Excitation
+    coherent: bool = True
 
     inclines = False
 
@@ -96,7 +97,7 @@ class SteadyVibration:
     def ringing(self) -> RingingShape:
         """V'', V, T and M0 of the ringing."""
         side, moment = self._unit_reactions
-        begins = self.excitation.corners.size
+        begins = self.excitation.corners.size if self.coherent else 0
         return RingingShape(self.motion.ringing, self._unit_curvature, self._unit_deflection, side, moment, begins)
 
     @cached_property

@@ -6,17 +6,22 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.optimum.answer.result import SearchResult
+from solvers.rod.optimum.search.context import Suffices, Sufficient, never
 from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
 from solvers.rod.problem import RodProblem
+from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
     "min_stability_safety": 1.0,
 }  # fmt: skip
 """Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
+_MAX_ERROR = 1e-2
+"""Error of a best value up to which a search for the requirement follows that it does not meet."""
 
 
 class AttainableBest(NamedTuple):
@@ -34,14 +39,15 @@ class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
     accuracy   accuracy of the designs
-    design_of  design of another problem on the full model; None if infeasible, or after the time
+    design_of  design of another problem on the full model, to a check that suffices; None if infeasible, or after the
+               time
     in_time    whether there is still time
     found      results so far, by requirement and all requirements left out, itself included
     """
 
     problem: RodProblem
     accuracy: float
-    design_of: Callable[[RodProblem], AttainableBest | None]
+    design_of: Callable[[RodProblem, Suffices], AttainableBest | None]
     in_time: Callable[[], bool]
     found: dict[tuple[Constraint, frozenset[Constraint]], AttainableBest | None] = field(default_factory=dict)
 
@@ -56,8 +62,24 @@ class RequirementsAsObjectives:
         """The strip with the best value of a requirement's result under all other requirements except ``but``."""
         left_out = frozenset({c, *but})
         if (c, left_out) not in self.found:
-            self.found[c, left_out] = self.design_of(self._with_objective(c, left_out))
+            self.found[c, left_out] = self.design_of(self._with_objective(c, left_out), never)
         return self.found[c, left_out]
+
+    def first_meeting(self, c: Constraint, room: float) -> Dimensions | None:
+        """The first strip on the way to the best one that meets a requirement beside all others by more than the error
+        of its check and ``room``, relative; None if there is none, or if the best one is already known."""
+
+        def suffices(found: Outcome[RodCheck]) -> bool:
+            stricter = self.problem.requirements.relaxed(-max(found.accuracy.estimated, room))
+            return c.meets(found.value, getattr(stricter, c.name))
+
+        alone = frozenset({c})
+        if (c, alone) not in self.found:
+            try:
+                self.found[c, alone] = self.design_of(self._with_objective(c, alone), suffices)
+            except Sufficient as sufficient:
+                return sufficient.strip
+        return None
 
     def are_infeasible_without(self, but: Iterable[Constraint]) -> bool:
         """Whether designs under all requirements except ``but`` have found no strip, for lack of one, not of time."""
@@ -65,8 +87,9 @@ class RequirementsAsObjectives:
         return all(self.best(c, left_out) is None for c in left_out) and self.in_time()
 
     def may_be_met_by(self, best: AttainableBest) -> bool:
-        """Whether all requirements are met, as far as the accuracy of a design tells."""
-        return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * self.accuracy).met_by(best.check)
+        """Whether all requirements are met, as far as the error of a design tells, which includes its check's."""
+        error = max(POSSIBLY_FEASIBLE * self.accuracy, min(best.error, _MAX_ERROR))
+        return self.problem.requirements.relaxed(error).met_by(best.check)
 
     def _with_objective(self, c: Constraint, left_out: frozenset[Constraint]) -> RodProblem:
         p = self.problem

@@ -57,6 +57,9 @@ _MIN_RADIUS = 1e-7
 """Trust-region radius in ln b, ln h, ln l at which a search without resonances ends."""
 _MAX_STRIPS, _MAX_STENCILS = 64, 3
 """Numbers of strips and stencils that are stored."""
+_MAX_UNRESOLVED_GAIN, _RESOLVED, _RESOLVED_ROUGHLY = 1e-3, 0.3, 0.1
+"""Maximum gain that a check may not resolve, and its shares of a check's error: if that is within the accuracy, and of
+the assumed one of adiabatic modes, most of which strips have in common."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
 
@@ -128,6 +131,30 @@ class FullModel:
         """Whether the many corners of a tabulated load excite vibration: it is expensive to resolve, and noise limits
         the attainable accuracy."""
         return self.has_resonances and self.scene.load.corners().size > FEW_CORNERS
+
+    @property
+    def is_adiabatic(self) -> bool:
+        """Whether vibration is solved in adiabatic modes."""
+        return any(isinstance(part, AdiabaticRodInertia) for part in self.composition.corrections)
+
+    def unresolved_gain(self, found: Outcome[RodCheck]) -> float:
+        """The gain in ln objective of a step that a check cannot tell from its error, if corners of the load excite
+        vibration; otherwise 0, and in adiabatic modes, whose error hardly changes over a step."""
+        if not self.is_excited_by_corners or self.is_adiabatic:
+            return 0.0
+        error = found.accuracy.estimated
+        return _RESOLVED * error if error <= self.accuracy else error
+
+    def unresolved_gain_elsewhere(self, found: Outcome[RodCheck]) -> float:
+        """The same of a strip in another gap between resonances."""
+        rough = min(_RESOLVED_ROUGHLY * found.accuracy.estimated, _MAX_UNRESOLVED_GAIN)
+        return rough if self.is_adiabatic else self.unresolved_gain(found)
+
+    def unresolved_gain_at(self, d: Dimensions) -> float:
+        """The same for the check of a strip, at most 1e-3, since another strip may be known better; 0 if it buckles."""
+        if not self.is_excited_by_corners or not is_stable(Cycle(self.scene, d, self.composition)):
+            return 0.0
+        return min(self.unresolved_gain(self.check(d)), _MAX_UNRESOLVED_GAIN)
 
     @property
     def is_lightly_damped(self) -> bool:

@@ -34,8 +34,26 @@ _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
 """Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
 
 
-class SurplusEffects(Exception):
-    """The strip found does not call for all effects in use."""
+class OtherEffects(Exception):
+    """The strip found calls for other effects than those in use."""
+
+    def __init__(self, strip: Dimensions) -> None:
+        self.strip = strip
+
+
+class Sufficient(Exception):
+    """A strip was found that suffices."""
+
+    def __init__(self, strip: Dimensions) -> None:
+        self.strip = strip
+
+
+Suffices = Callable[[Outcome[RodCheck]], bool]
+
+
+def never(found: Outcome[RodCheck]) -> bool:
+    """No strip suffices but the best one."""
+    return False
 
 
 def keep_effects(local: LocalResult) -> None:
@@ -47,7 +65,8 @@ class Context:
     """A problem with its core, its full model, and the searches so far.
 
     ``confirm_effects`` is called with the first optimum, before other gaps between resonances are searched, and may
-    raise ``SurplusEffects``: most of the time is spent there, and without vibration there are no gaps.
+    raise ``OtherEffects``: most of the time is spent there, and without vibration there are no gaps. The first result
+    whose check ``suffices`` ends the search by ``Sufficient``.
     """
 
     problem: RodProblem
@@ -58,6 +77,7 @@ class Context:
     results: list[LocalResult] = field(default_factory=list)
     start_points: list[Array] = field(default_factory=list)
     confirm_effects: Callable[[LocalResult], None] = keep_effects
+    suffices: Suffices = never
     coarse: Context | None = None
     """The same problem at lower accuracy: with resonances all searches but the last are made there."""
     earlier: EarlierSearch | None = None
@@ -90,6 +110,8 @@ class Context:
         local = local_search(self.model, self.task, bounds, x, radius, max_iterations, incumbent, others)
         if local is not None:
             self.results.append(local)
+            if local.feasible and self.suffices(local.at.outcome):
+                raise Sufficient(local.at.dimensions)
         return local
 
     def search_again(self) -> bool:
@@ -117,10 +139,15 @@ class Context:
         self.coarse = replace(self, model=model, task=task, results=[])
         return self.coarse
 
-    def finer(self) -> Context:
+    def min_gain(self, result: LocalResult) -> float:
+        """The gain in ln objective for which another search is not worth it, or which a check does not resolve."""
+        return max(self.task.min_gain, self.model.unresolved_gain_elsewhere(result.at.outcome))
+
+    def finer(self, strip: Dimensions) -> Context:
         """This context with the fine model. Under a noisy load the strips of its stencils must be exact, too, unless
-        the error of checks exceeds the accuracy."""
-        exact = self.model.is_excited_by_corners and self.task.min_gain <= self.model.accuracy
+        the error of checks, such as that of the given strip, exceeds the accuracy."""
+        noisy = self.model.is_excited_by_corners
+        exact = noisy and self.model.check(strip).accuracy.estimated <= self.model.accuracy
         return replace(self, model=self.model.finer(None if exact else self.coarse.model), results=[])
 
     def best(self) -> LocalResult | None:

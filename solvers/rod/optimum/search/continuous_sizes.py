@@ -30,9 +30,14 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     exploratory = context.exploratory(starts[0])
     earlier = context.earlier
     if earlier is not None and earlier.complete and exploratory.search_again():
-        return _refined(context, exploratory, earlier.optimum.remaining_gain, earlier.optimum.ratio_range)
+        return _refined(context, exploratory, earlier.remaining_gain, earlier.ratio_range)
     max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
+    costly = context.model.is_excited_by_corners
     for start in starts:
+        best = exploratory.best()
+        if best is not None and best.feasible and start == context.sizes.bounds.stiffest and costly:
+            # It is there to find a feasible strip; a search from there is long.
+            continue
         exploratory.search_from(start, context.sizes.bounds, max_iterations=max_iterations)
     local = exploratory.best()
     if local is None or not local.feasible:

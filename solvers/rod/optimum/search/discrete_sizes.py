@@ -78,7 +78,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return Optimum(best)
     gain, ratio_range = 0.0, None
     if earlier is not None and earlier.complete:
-        gain, ratio_range = earlier.optimum.remaining_gain, earlier.optimum.ratio_range
+        gain, ratio_range = earlier.remaining_gain, earlier.ratio_range
     elif context.model.has_resonances:
         context.confirm_effects(best)
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)

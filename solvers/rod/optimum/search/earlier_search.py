@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from solvers.rod.optimum.search.local_search import LocalResult, is_among
-from solvers.rod.optimum.search.optimum import Optimum
 
 MAX_INFLUENCE = 0.03
 """Greatest influence of the effects by which two searches differ for one to rely on the other."""
@@ -20,20 +19,28 @@ _SHARE = 0.2
 
 @dataclass(frozen=True)
 class EarlierSearch:
-    """The best strip, the local optima of rough searches, and whether all gaps between resonances were searched.
+    """What a search found.
 
-    ``influence`` is that of the effects by which the present search differs, relative.
+    best             its best result
+    ends             the results of its rough searches
+    effects          those it included
+    complete         whether all gaps between resonances were searched
+    remaining_gain   the gain in ln objective that may remain there
+    ratio_range      minimum and maximum frequency ratio searched
+    influence        that of the effects by which the present search differs, relative
     """
 
-    optimum: Optimum
+    best: LocalResult
     ends: tuple[LocalResult, ...]
-    complete: bool
+    effects: frozenset[str]
+    complete: bool = False
+    remaining_gain: float = 0.0
+    ratio_range: tuple[float, float] | None = None
     influence: float = 0.0
 
     def starts(self) -> list[LocalResult]:
         """The ends that may be the best now, each strip once, the best first."""
-        found = [self.optimum.local]
-        most = found[0].at.log_cost + _SHARE * self.influence
+        found, most = [self.best], self.best.at.log_cost + _SHARE * self.influence
         for end in sorted((end for end in self.ends if end.feasible), key=lambda end: end.at.log_cost):
             if end.at.log_cost < most and not is_among(end.at.x, found):
                 found.append(end)

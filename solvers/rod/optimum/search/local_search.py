@@ -129,26 +129,29 @@ def local_search(
     if current is None:
         return None
     max_iterations = max_iterations or (_MAX_ITERATIONS_WITH_NOISE if model.is_excited_by_corners else _MAX_ITERATIONS)
-    converged = [result.at for result in results if _is_converged_within(result, box, task.min_gain)]
+    converged = [result.at for result in results if _is_converged_within(model, task, result, box)]
     best, gain = current, math.inf
     for _ in range(max_iterations):
-        step, predicted = _model_step(model, task, box, current, radius)
+        min_gain = max(task.min_gain, model.unresolved_gain(current.outcome))
+        step, predicted = _model_step(model, task, box, current, radius, min_gain)
         if current is best:
             gain = max(predicted, 0.0) if current.feasible else math.inf
-            if gain <= task.min_gain:
+            if gain <= min_gain:
                 return LocalResult(best, gain)
         if current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess:
             break
-        expected = current.log_cost - _RELIABLE_SHARE * predicted + task.min_gain
+        expected = current.log_cost - _RELIABLE_SHARE * predicted + min_gain
         if current.feasible and any(_is_same(step, other.x) and expected > other.log_cost for other in converged):
             return None
         step_length = float(np.max(np.abs(step - current.x)))
         total_gain_ratio = TOTAL_GAIN_RATIO if step_length > 0.95 * radius else _INTERIOR_GAIN_RATIO
-        if current.feasible and current.log_cost - total_gain_ratio * max(predicted, task.min_gain) > incumbent:
+        if current.feasible and current.log_cost - total_gain_ratio * max(predicted, min_gain) > incumbent:
             break
         if step_length == 0.0 or radius < model.min_radius:
             break
         trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.memory.active)
+        if model.is_excited_by_corners and trial is not None and 0.0 < trial.excess < predicted and current.feasible:
+            trial = _second_order_correction(model, task, bounds, trial, step_length, min_gain)
         actual = -math.inf if trial is None else _merit(current) - _merit(trial)
         if actual < _POOR_RATIO * predicted:
             radius = 0.25 * min(radius, step_length)
@@ -167,8 +170,22 @@ def local_search(
     return LocalResult(best, gain)
 
 
-def _is_converged_within(result: LocalResult, box: Array, min_gain: float) -> bool:
+def _second_order_correction(
+    model: FullModel, task: Task, bounds: Bounds, trial: Iterate, radius: float, min_gain: float
+) -> Iterate:
+    """The strip to which the model at a slightly infeasible one leads, if that has the better merit.
+
+    A model without all curvatures misses limits by the square of its step, which the merit counts for more than the
+    gain, so that steps would have to become small.
+    """
+    step, _ = _model_step(model, task, bounds.logarithms, trial, radius, min_gain)
+    other = evaluate_iterate(model, task, dimensions_within(bounds, step), trial.memory.active)
+    return trial if other is None or _merit(other) > _merit(trial) else other
+
+
+def _is_converged_within(model: FullModel, task: Task, result: LocalResult, box: Array) -> bool:
     """Whether another search has converged, to a strip within these bounds."""
+    min_gain = max(task.min_gain, model.unresolved_gain(result.at.outcome))
     inside = np.all((box[:, 0] - _ROUNDING < result.at.x) & (result.at.x < box[:, 1] + _ROUNDING))
     return result.feasible and result.predicted_gain <= min_gain and bool(inside)
 
@@ -235,12 +252,14 @@ def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array
     return None
 
 
-def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radius: float) -> tuple[Array, float]:
+def _model_step(
+    model: FullModel, task: Task, box: Array, current: Iterate, radius: float, min_gain: float
+) -> tuple[Array, float]:
     """The model's optimum within the trust region, and the predicted reduction of the merit function."""
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
     values = current.memory.values(current.x)
     p = program(task.problem.objective, current.limits, current.memory.active.layout, task.margin)
-    step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
+    step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * min_gain, _SLSQP_ITERATIONS)
     if step.violation > task.margin:
         # Where a violation is hardly above rounding SLSQP finds no descent: to first order, its merit function is
         # constant along the step to the limit.

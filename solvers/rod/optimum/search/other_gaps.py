@@ -27,6 +27,8 @@ _FINE_RADIUS = 2e-3
 """First radius of searches at full accuracy, in ln b, ln h, ln l."""
 _MAX_REFINEMENTS = 3
 """Maximum number of successive searches at full accuracy towards one local optimum."""
+_SEEN_MARGIN, _ASSUMED_SHARE = 3.0, 0.03
+"""Factors on the error of one coarse result, and on its assumed error, that bound the errors of others."""
 _MAX_CANDIDATES = 3
 """Maximum number of coarse results that are refined at full accuracy."""
 
@@ -57,7 +59,7 @@ def search_other_gaps(
             if is_tie and not is_among(logarithms(start), [result]):
                 gaps.add_path(result.at)
         gain = best.at.log_cost - context.best().at.log_cost
-        failed = 0 if gain > context.task.min_gain else failed + 1
+        failed = 0 if gain > context.min_gain(best) else failed + 1
     return gain, gaps.range
 
 
@@ -65,11 +67,21 @@ def refined_best(
     context: Context, results: list[LocalResult], bounds_of: Callable[[Dimensions], Bounds]
 ) -> LocalResult | None:
     """The best result after refining coarse ones at full accuracy within bounds: the best and those that are worse by
-    less than their errors and possible further gains."""
-    finer = context.finer()
-    for result in _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO):
+    less than their errors and possible further gains.
+
+    Under a noisy load the coarse model's error, which is assumed, is told by the first result's.
+    """
+    candidates = _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO)
+    finer = context.finer(candidates[0].at.dimensions)
+    first = candidates[0].at
+    for result in candidates:
         best, strip = finer.best(), result.at.dimensions
         incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
+        if context.model.is_excited_by_corners and math.isfinite(incumbent):
+            seen = abs(context.cost(context.model.check(first.dimensions)) - first.log_cost)
+            error = max(_SEEN_MARGIN * seen, _ASSUMED_SHARE * first.outcome.accuracy.estimated)
+            if result.at.log_cost - result.predicted_gain - error > incumbent:
+                continue
         for _ in range(_MAX_REFINEMENTS):
             result = finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
             if result is None or not result.feasible:
@@ -77,7 +89,7 @@ def refined_best(
             if result.at.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
                 break
             previous, strip = strip, result.at.dimensions
-            if result.predicted_gain <= max(context.model.accuracy, context.task.min_gain) or strip == previous:
+            if result.predicted_gain <= max(context.model.accuracy, finer.min_gain(result)) or strip == previous:
                 break
     return finer.best()
 

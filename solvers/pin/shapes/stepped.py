@@ -14,7 +14,6 @@ from solvers.pin.optimum.program import Program, ShapeResult
 from solvers.pin.shapes.break_points.half import Half, Steps, at_stations, step_vertices
 from solvers.pin.shapes.break_points.search import GAP, Evidence, lightest_steps
 from solvers.pin.shapes.constant import Constant
-from solvers.pin.shapes.free import Free
 
 MOST_STEPS = 12
 _GAP_FRACTION = 0.09
@@ -41,9 +40,7 @@ class Stepped:
         """The best shape of this form within a program, None if there is none (``ShapeResult``)."""
         if self.steps == 1:
             return Constant().find(program, gap)
-        # Steps cannot be lighter than the drillable shape, a relaxation whose wall may vary continuously.
-        smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
-        found = self._search(program, 0.0 if smooth is None else smooth.bound, max(GAP, _GAP_FRACTION * gap))
+        found = self._search(program, max(GAP, _GAP_FRACTION * gap))
         if found is None:
             return None
         best, bound, evidence = found
@@ -54,18 +51,18 @@ class Stepped:
             corners=step_vertices(best.places * 0.5 * length, sizes, length),
         )  # fmt: skip
 
-    def _search(self, program: Program, known: float, gap: float) -> tuple[Steps, float, Evidence] | None:
+    def _search(self, program: Program, gap: float) -> tuple[Steps, float, Evidence] | None:
         solution = None
         if program.limit is not None:
             solution = minimum_volume(program, np.maximum.accumulate(program.lower), True)
         if solution is None or not math.isinf(solution.multiplier):
-            return lightest_steps(Half(program), self.steps, known, gap)
+            return lightest_steps(Half(program), self.steps, gap)
         # Only a pin that is solid between the reference points satisfies the limit: the steps outside are constrained
         # by strength alone.
         g = program.scene.geometry
         start = g.boss_length * (1.0 - _SOLID_TOLERANCE)
         constrained = replace(program, limit=None, lower=np.where(program.stations.x > start, 1.0, program.lower))
-        found = lightest_steps(Half(constrained, start), self.steps, known, gap)
+        found = lightest_steps(Half(constrained, start), self.steps, gap)
         if found is None:
             return None
         best, bound, evidence = found

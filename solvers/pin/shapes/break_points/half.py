@@ -22,8 +22,6 @@ from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, kinks
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""
 _SAMPLES_PER_EDGE = 8
-_MOST_HALVINGS = 8
-"""Maximum number of times an initial cell is halved because f is steep in it."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +109,10 @@ class Half:
         return found and Steps(places, found.solidity, float(weight @ found.solidity), found.multiplier)
 
     def edges(self, count: int) -> Array:
-        """Return the edges of the initial cells, from 0 to 1: at the half's kinks and at most 1/``count`` apart, as is
-        f over its greatest value."""
+        """Return the edges of the initial cells, from 0 to 1: at the half's kinks and at most 1/``count`` apart."""
         jump = min(self.solid_from / (0.5 * self.program.scene.geometry.length), 1.0)
         edges = np.union1d(np.linspace(0.0, 1.0, count + 1), np.append(kinks(self.program.scene), jump))
         edges = np.union1d(edges, _plateau_ends(self, edges))
-        for _ in range(_MOST_HALVINGS):
-            level = self.lower_bound(edges)
-            steep = np.diff(level) * count > level[-1]
-            edges = np.union1d(edges, 0.5 * (edges[:-1] + edges[1:])[steep])
         return edges[np.concatenate([[True], np.diff(edges) > COINCIDENT])]
 
 

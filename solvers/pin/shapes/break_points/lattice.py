@@ -18,7 +18,7 @@ B, and of -phi and S. Walls above the curve, but below its chord, are raised by 
 deducted.
 
 Walls and break points both increase along a path, so both minima of dynamic programming are running ones: an iteration
-costs as much as the lattice has ends, times the number of steps.
+costs as much as there are ends of a step and walls before or after it.
 
 The bound is concave in lambda, with the derivative (cheapest steps' deflection - limit)/limit. So its values and
 slopes at two multipliers on either side of the maximum enclose the maximum between the larger value and the
@@ -34,7 +34,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.shapes.break_points.cells import Indices, Mask
+from solvers.pin.shapes.break_points.cells import Indices
 
 _MAX_TRIALS = 60
 _WIDE = 4.0
@@ -46,9 +46,10 @@ class Lattice(NamedTuple):
 
     ``t``, ``b``, ``s``, ``least``, ``most`` (2 m,): position, B', S', least wall of a step that ends there, greatest
     wall of one that begins there; ``sag`` (m,), ``depth`` (m, 2) as in ``BreakCells``. ``u``, ``f``, ``g`` (2 q,):
-    wall, beta', phi'; ``curve`` (q,) as in ``WallCells``, ``depth_of_walls`` (q, 2). ``open_breaks`` (steps - 1, m),
-    ``open_walls`` (steps, q): cells that each break point and wall may lie in. ``b_last``, ``s_last``, ``least_last``
-    at the middle of the bar, ``most_first`` at its end.
+    wall, beta', phi'; ``curve`` (q,) as in ``WallCells``, ``depth_of_walls`` (q, 2). ``thin``, ``thick``
+    (steps - 1, m, 2) as in ``Part``. ``row`` (steps - 1, m): where the costs of steps that end in a cell begin in the
+    array of all costs; ``row_last``: of the last step. ``b_last``, ``s_last``, ``least_last`` at the middle of the bar,
+    ``most_first`` at its end.
     """
 
     t: Array
@@ -63,8 +64,10 @@ class Lattice(NamedTuple):
     g: Array
     curve: Indices
     depth_of_walls: Array
-    open_breaks: Mask
-    open_walls: Mask
+    thin: Indices
+    thick: Indices
+    row: Indices
+    row_last: int
     b_last: float
     s_last: float
     least_last: float
@@ -105,120 +108,130 @@ def _last(lam: float, lat: Lattice, j: int) -> float:
 
 
 @kernel
-def ranges(lat: Lattice) -> Indices:
-    """Return the first and past the last of the walls that are open to each step, (steps, 2)."""
-    out = np.zeros((lat.open_walls.shape[0], 2), dtype=np.int64)
-    for k in range(out.shape[0]):
-        for c in range(lat.open_walls.shape[1] - 1, -1, -1):
-            if lat.open_walls[k, c]:
-                out[k, 0] = 2 * c
-                out[k, 1] = max(out[k, 1], 2 * c + 2)
-    return out
+def _row(lat: Lattice, k: int, i: int) -> int:
+    """Return where the cost of steps that end at i would be for the first of all walls."""
+    low, high = lat.thin[k, i // 2, 0], lat.thin[k, i // 2, 1]
+    return lat.row[k, i // 2] + (2 * (high - low) if i % 2 else 0) - 2 * low
 
 
 @kernel
-def forward(lam: float, lat: Lattice, walls: Indices, come: Array) -> float:
-    """Fill ``come`` (steps, 2 m, 2 q): cost of the cheapest steps from the end of the bar to break point i, with wall j
-    before it; row 0 of the last step is that to the middle. Only open break points and the ``ranges`` of ``walls``
-    are filled. Return the least cost."""
-    steps, ni, nj = come.shape
-    run, cheapest = np.empty(nj), np.inf
-    for k in range(steps):
-        low, high = walls[k]
-        for j in range(low, high):
-            run[j] = 0.0 if k == 0 and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most_first else np.inf
-        for i in range(ni):
+def forward(lam: float, lat: Lattice, come: Array) -> float:
+    """Fill ``come`` with the costs of the cheapest steps from the end of the bar to break point i, with wall j before
+    it, and to the middle. Return the least cost."""
+    breaks, nj, cheapest = lat.thin.shape[0], lat.u.size, np.inf
+    run = np.empty(nj)
+    for k in range(breaks + 1):
+        for j in range(nj):
+            run[j] = 0.0 if k == 0 and lat.u[j] <= lat.most_first else np.inf
+        for i in range(lat.t.size):
             c = i // 2
-            if k > 0 and lat.open_breaks[k - 1, c]:
-                before = np.inf
-                for j in range(walls[k - 1, 0], high):
-                    if j < walls[k - 1, 1]:
-                        before = min(before, come[k - 1, i, j])
-                    if j >= low and before < np.inf and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most[i]:
+            if k > 0:
+                row, before = _row(lat, k - 1, i), np.inf
+                thinner, last = 2 * lat.thin[k - 1, c, 0], 2 * lat.thin[k - 1, c, 1]
+                for j in range(2 * lat.thick[k - 1, c, 0], 2 * lat.thick[k - 1, c, 1]):
+                    while thinner <= j and thinner < last:
+                        before = min(before, come[row + thinner])
+                        thinner += 1
+                    if before < np.inf and lat.u[j] <= lat.most[i]:
                         value = before - _until(lam, lat, i, j)
                         if lat.curve[j // 2] == c:
                             value -= _begin_loss(lam, lat, i, j)
                         run[j] = min(run[j], value)
-            if k < steps - 1 and lat.open_breaks[k, c]:
-                for j in range(low, high):
+            if k < breaks:
+                row = _row(lat, k, i)
+                for j in range(2 * lat.thin[k, c, 0], 2 * lat.thin[k, c, 1]):
                     value = np.inf
                     if lat.u[j] >= lat.least[i]:
                         value = run[j] + _until(lam, lat, i, j)
                         if lat.curve[j // 2] == c:
                             value -= _end_loss(lat, i, j)
-                    come[k, i, j] = value
-    for j in range(walls[steps - 1, 0], walls[steps - 1, 1]):
-        come[steps - 1, 0, j] = run[j] + _last(lam, lat, j)
-        cheapest = min(cheapest, come[steps - 1, 0, j])
+                    come[row + j] = value
+    for j in range(nj):
+        come[lat.row_last + j] = run[j] + _last(lam, lat, j)
+        cheapest = min(cheapest, come[lat.row_last + j])
     return cheapest
 
 
 @kernel
-def prune(
-    lam: float, lat: Lattice, walls: Indices, come: Array, worst: float, open_breaks: Mask, open_walls: Mask
-) -> None:
-    """Write into ``open_breaks`` and ``open_walls`` which cells some steps that cost at most ``worst`` pass."""
-    steps, ni, nj = come.shape
-    go, run = np.empty((ni, nj)), np.empty(nj)
-    open_breaks[:, :], open_walls[:, :] = False, False
-    for j in range(walls[steps - 1, 0], walls[steps - 1, 1]):
+def _include(spans: Indices, k: int, c: int, cell: int) -> None:
+    """Extend the first and past the last of a range of ``spans`` by a cell."""
+    spans[k, c, 0] = min(spans[k, c, 0], cell) if spans[k, c, 1] else cell
+    spans[k, c, 1] = max(spans[k, c, 1], cell + 1)
+
+
+@kernel
+def prune(lam: float, lat: Lattice, come: Array, worst: float, thin: Indices, thick: Indices) -> None:
+    """Narrow ``thin`` and ``thick``, as in ``Part``, to cells that some steps pass that cost at most ``worst``."""
+    breaks, nj = lat.thin.shape[0], lat.u.size
+    run, befores, go = np.empty(nj), np.empty(nj), np.empty(lat.row_last + nj)
+    thin[:, :, :], thick[:, :, :] = 0, 0
+    for j in range(nj):
         run[j] = _last(lam, lat, j)
-        if come[steps - 1, 0, j] <= worst:
-            open_walls[steps - 1, j // 2] = True
-    for k in range(steps - 1, 0, -1):
-        # ``go``, the cost from the break point after step k, becomes that from the one before it.
-        low, high = walls[k]
-        for i in range(ni - 1, -1, -1):
+    for k in range(breaks - 1, -1, -1):
+        for i in range(lat.t.size - 1, -1, -1):
             c = i // 2
-            if k < steps - 1 and lat.open_breaks[k, c]:
-                for j in range(low, high):
-                    if go[i, j] < np.inf and lat.u[j] >= lat.least[i]:
-                        value = go[i, j] + _until(lam, lat, i, j)
+            if k + 1 < breaks:
+                row = _row(lat, k + 1, i)
+                for j in range(2 * lat.thin[k + 1, c, 0], 2 * lat.thin[k + 1, c, 1]):
+                    if go[row + j] < np.inf and lat.u[j] >= lat.least[i]:
+                        value = go[row + j] + _until(lam, lat, i, j)
                         if lat.curve[j // 2] == c:
                             value -= _end_loss(lat, i, j)
                         run[j] = min(run[j], value)
-            if not lat.open_breaks[k - 1, c]:
-                continue
-            after = np.inf
-            for j in range(high - 1, walls[k - 1, 0] - 1, -1):
-                if j >= low and run[j] < np.inf and lat.open_walls[k, j // 2] and lat.u[j] <= lat.most[i]:
-                    value = run[j] - _until(lam, lat, i, j)
-                    if lat.curve[j // 2] == c:
-                        value -= _begin_loss(lam, lat, i, j)
-                    after = min(after, value)
-                if j < walls[k - 1, 1]:
-                    go[i, j] = after
-                    if after + come[k - 1, i, j] <= worst:
-                        open_breaks[k - 1, c] = True
-                        open_walls[k - 1, j // 2] = True
+            row, before, after = _row(lat, k, i), np.inf, np.inf
+            low, high, first, other = (
+                2 * lat.thin[k, c, 0],
+                2 * lat.thin[k, c, 1],
+                2 * lat.thick[k, c, 0],
+                2 * lat.thick[k, c, 1] - 1,
+            )
+            thinner = low
+            for j in range(first, other + 1):
+                while thinner <= j and thinner < high:
+                    before = min(before, come[row + thinner])
+                    thinner += 1
+                befores[j] = before
+            for j in range(high - 1, low - 1, -1):
+                while other >= j and other >= first:
+                    if lat.u[other] <= lat.most[i]:
+                        value = run[other] - _until(lam, lat, i, other)
+                        if lat.curve[other // 2] == c:
+                            value -= _begin_loss(lam, lat, i, other)
+                        if value + befores[other] <= worst:
+                            _include(thick, k, c, other // 2)
+                        after = min(after, value)
+                    other -= 1
+                go[row + j] = after
+                if after + come[row + j] <= worst:
+                    _include(thin, k, c, j // 2)
         run[:] = np.inf
 
 
 @kernel
-def trace(lam: float, lat: Lattice, walls: Indices, come: Array, path: Indices) -> float:
+def trace(lam: float, lat: Lattice, come: Array, path: Indices) -> float:
     """Write the cheapest steps into ``path`` (2, steps): indices of their ends, the last being -1, and of their walls.
     Return the derivative of their cost in lambda."""
-    steps, end = come.shape[0], come.shape[1] - 1
-    low, high = walls[steps - 1]
-    j = low + int(np.argmin(come[steps - 1, 0, low:high]))
-    path[0, steps - 1], path[1, steps - 1] = -1, j
+    breaks = lat.thin.shape[0]
+    end, j = lat.t.size - 1, int(np.argmin(come[lat.row_last :]))
+    path[0, breaks], path[1, breaks] = -1, j
     total = lat.b_last * lat.f[j] + lat.s_last * lat.g[j]
-    for k in range(steps - 1, 0, -1):
+    for k in range(breaks - 1, -1, -1):
         cheapest, at, thinner = np.inf, 0, 0
         for i in range(end + 1):
-            if not lat.open_breaks[k - 1, i // 2] or lat.u[j] > lat.most[i]:
+            c = i // 2
+            if not lat.thick[k, c, 0] <= j // 2 < lat.thick[k, c, 1] or lat.u[j] > lat.most[i]:
                 continue
-            before, wall = np.inf, 0
-            for other in range(walls[k - 1, 0], min(j + 1, walls[k - 1, 1])):
-                if come[k - 1, i, other] < before:
-                    before, wall = come[k - 1, i, other], other
+            before, wall, row = np.inf, 0, _row(lat, k, i)
+            for other in range(2 * lat.thin[k, c, 0], min(j + 1, 2 * lat.thin[k, c, 1])):
+                if come[row + other] < before:
+                    before, wall = come[row + other], other
             value = before - _until(lam, lat, i, j) - _begin_loss(lam, lat, i, j)
             if value < cheapest:
                 cheapest, at, thinner = value, i, wall
         total += lat.b[at] * (lat.f[thinner] - lat.f[j]) + lat.s[at] * (lat.g[thinner] - lat.g[j])
         total -= _begin_loss(1.0, lat, at, j)
         j, end = thinner, at
-        path[0, k - 1], path[1, k - 1] = at, j
+        path[0, k], path[1, k] = at, j
     return total
 
 
@@ -248,7 +261,6 @@ def dues(lam: float, lat: Lattice, path: Indices, out: Array) -> None:
 @kernel
 def maximise_dual(
     lat: Lattice,
-    walls: Indices,
     come: Array,
     start: float,
     tolerance: float,
@@ -267,10 +279,10 @@ def maximise_dual(
     path = np.empty(soft.shape, dtype=np.int64)
     for _ in range(_MAX_TRIALS):
         trials += 1
-        dual_value = forward(lam, lat, walls, come) - lam
+        dual_value = forward(lam, lat, come) - lam
         if dual_value == np.inf:
             return lam, np.inf, trials
-        slope = trace(lam, lat, walls, come, path) - 1.0
+        slope = trace(lam, lat, come, path) - 1.0
         if dual_value > value:
             best, value = lam, dual_value
         to_soft = slope > 0.0
@@ -297,5 +309,5 @@ def maximise_dual(
         if not low < lam < high:
             break
     if best != lam:
-        forward(best, lat, walls, come)
+        forward(best, lat, come)
     return best, value, trials

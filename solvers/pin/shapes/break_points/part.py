@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.pin.section.flexibility import inflection
-from solvers.pin.shapes.break_points.cells import BreakCells, Mask, WallCells, break_cells, lines_below, subset
+from solvers.pin.shapes.break_points.cells import BreakCells, Indices, Mask, WallCells, break_cells, lines_below, subset
 from solvers.pin.shapes.break_points.half import COINCIDENT, Half
 from solvers.pin.shapes.break_points.lattice import Lattice
 
@@ -23,16 +23,18 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Part:
-    """Cells of break points and walls, those open to each of the steps, and the ``most`` of all walls.
+    """Cells of break points and walls, and the ``most`` of all walls.
 
-    ``below`` and ``above``: points (t, u) that the steps pass: those that begin before t have walls of at most u, and
-    those that end beyond t of at least u. ``multiplier``: the best one known.
+    ``thin`` and ``thick`` (steps - 1, m, 2): for each break point, first and past the last of the cells of walls that
+    the steps before and after it may have if it lies in a cell; none if it may not. ``below`` and ``above``: points
+    (t, u) that the steps pass: those that begin before t have walls of at most u, and those that end beyond t of at
+    least u. ``multiplier``: the best one known.
     """
 
     breaks: BreakCells
     walls: WallCells
-    open_breaks: Mask
-    open_walls: Mask
+    thin: Indices
+    thick: Indices
     most: float
     multiplier: float
     below: tuple[Point, ...] = ()
@@ -41,12 +43,22 @@ class Part:
     @property
     def ends(self) -> int:
         """The number of pairs of ends that are open to some step."""
-        return 4 * int(self.open_breaks.sum(axis=1) @ self.open_walls[:-1].sum(axis=1))
+        return 4 * int(np.diff(self.thin).sum() + np.diff(self.thick).sum())
 
     @property
-    def size(self) -> int:
-        """The number of all pairs of ends, times that of the steps."""
-        return 4 * self.breaks.t.size * self.open_walls.size
+    def open_breaks(self) -> Mask:
+        """Cells that each break point may lie in, (steps - 1, m)."""
+        return np.diff(self.thin)[:, :, 0] > 0
+
+    @property
+    def open_walls(self) -> Mask:
+        """Cells that each wall may lie in, (steps, q)."""
+        shape = len(self.thick) + 1, len(self.walls.curve) + 1
+        spans = np.concatenate([self.thin[:1], self.thick]) + np.arange(shape[0])[:, None, None] * shape[1]
+        begins, ends = (
+            np.bincount(places.ravel(), minlength=shape[0] * shape[1]) for places in spans.transpose(2, 0, 1)
+        )
+        return np.cumsum((begins - ends).reshape(shape), axis=1)[:, :-1] > 0
 
     def compacted(self) -> Part:
         """Return the part without the cells that are open to no step."""
@@ -55,8 +67,7 @@ class Part:
         return replace(
             self, breaks=subset(self.breaks, kept),
             walls=subset(self.walls._replace(curve=number[self.walls.curve]), walls),
-            open_breaks=np.compress(kept, self.open_breaks, axis=1),
-            open_walls=np.compress(walls, self.open_walls, axis=1),
+            thin=_before(walls)[self.thin[:, kept]], thick=_before(walls)[self.thick[:, kept]],
         )  # fmt: skip
 
     def cut(self, half: Half, cut_breaks: Mask, cut_walls: Mask) -> Part:
@@ -88,11 +99,12 @@ class Part:
         number = np.repeat(np.where(on_curve, begins[walls.curve], -1), wall_counts)
         number[is_new] += np.where(number[is_new] >= 0, np.tile(pieces, np.count_nonzero(cut_walls)), 0)
         kept = (ends[:, 1] > ends[:, 0]) | ~is_new
-        return replace(
-            self, breaks=breaks, walls=WallCells(ends[kept], number[kept]),
-            open_breaks=np.repeat(self.open_breaks, counts, axis=1) & _undominated(breaks),
-            open_walls=np.repeat(self.open_walls, wall_counts, axis=1)[:, kept],
-        ).compacted()  # fmt: skip
+        begin = _before(kept)[_before(wall_counts)]
+        thin, thick = (
+            begin[np.repeat(spans, counts, axis=1)] * _undominated(breaks)[:, None] for spans in (self.thin, self.thick)
+        )
+        walls = WallCells(ends[kept], number[kept])
+        return replace(self, breaks=breaks, walls=walls, thin=thin, thick=thick).compacted()
 
     def lattice(self, half: Half) -> Lattice:
         """Return the lattice of the cells' ends."""
@@ -108,10 +120,11 @@ class Part:
         b_last, s_last = half.sums.integrals(np.ones(1))[:, 0].tolist() if limited else (0.0, 0.0)
         if limited:
             (f, g), depth = lines_below(walls.ends, self.most, _concave_from(half), half.program.law)
+        row = _before(4 * np.diff(self.thin).ravel())
         b, s = np.ascontiguousarray((cells.sums - cells.depth[:, :, None]).swapaxes(0, 1)).reshape(2, -1)
         return Lattice(
             t, b, s, least, most, cells.sag, cells.depth, walls.ends.ravel(), f, g, walls.curve, depth,
-            self.open_breaks, self.open_walls, b_last, s_last, least_last,
+            self.thin, self.thick, row[:-1].reshape(self.thin.shape[:2]), int(row[-1]), b_last, s_last, least_last,
             min((wall for _, wall in self.below), default=math.inf),
         )  # fmt: skip
 
@@ -128,10 +141,10 @@ def all_steps(half: Half, steps: int, thickest: float) -> Part:
     if half.sums is None:
         most, knots = low, np.full(2, low)
     elif half.program.variable.kappa < 0.0:
-        most, knots = math.inf, np.append(np.linspace(low, 1.0, _WALL_CELLS + 1), max(_concave_from(half), low))
+        most, knots = math.inf, np.append(np.geomspace(low, 1.0, _WALL_CELLS + 1), max(_concave_from(half), low))
     else:
         most = _ROOM * thickest
-        knots = np.append(np.linspace(low, most, _WALL_CELLS + 1), most)
+        knots = np.append(np.geomspace(low, most, _WALL_CELLS + 1), most)
     knots = np.sort(knots)
     rising, jumps = np.flatnonzero(f[:, 1] > f[:, 0]), np.flatnonzero(after > f[:, 1])
     ends = np.concatenate(
@@ -139,10 +152,14 @@ def all_steps(half: Half, steps: int, thickest: float) -> Part:
     )
     curve = np.append(rising, np.full(len(ends) - rising.size, -1))
     order = np.lexsort((ends[:, 1], ends[:, 0]))
-    return Part(
-        cells, WallCells(ends[order], curve[order]), np.tile(_undominated(cells), (steps - 1, 1)),
-        np.ones((steps, len(ends)), dtype=bool), most, 0.0 if half.sums is None else 0.5,
-    ).compacted()  # fmt: skip
+    every = np.tile(_undominated(cells)[:, None] * np.array([0, len(ends)]), (steps - 1, 1, 1))
+    walls = WallCells(ends[order], curve[order])
+    return Part(cells, walls, every, every, most, 0.0 if half.sums is None else 0.5).compacted()
+
+
+def _before(counts: Array) -> Indices:
+    """Return the sum of all counts before each, and of all."""
+    return np.append(0, np.cumsum(counts))
 
 
 def _concave_from(half: Half) -> float:

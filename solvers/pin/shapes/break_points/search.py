@@ -24,7 +24,7 @@ from solvers.pin.optimum.lagrangian import multiplier_evidence
 from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.break_points.cells import Indices, Mask
 from solvers.pin.shapes.break_points.half import COINCIDENT, Half, Steps
-from solvers.pin.shapes.break_points.lattice import Lattice, dues, maximise_dual, prune, ranges
+from solvers.pin.shapes.break_points.lattice import Lattice, dues, maximise_dual, prune
 from solvers.pin.shapes.break_points.part import Part, Point, all_steps, snapped
 
 GAP = 9e-8
@@ -39,6 +39,8 @@ _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
 fraction of the part's present gap."""
 _SHARE = 0.1
 """Cells are cut that lower the bound by this share of what one of them does, or more."""
+_POLISH = 0.2
+"""Distance of the break points tried last, over the width of their cells, after that width itself."""
 _ROUNDING = 1e-12
 """Relative rounding error of a bound."""
 
@@ -46,24 +48,19 @@ Evidence = dict[str, float | int | str]
 """Statistics of a search."""
 
 
-def lightest_steps(
-    half: Half, steps: int, known_bound: float = 0.0, gap: float = GAP
-) -> tuple[Steps, float, Evidence] | None:
+def lightest_steps(half: Half, steps: int, gap: float = GAP) -> tuple[Steps, float, Evidence] | None:
     """Find the lightest steps, with a lower bound of all such steps, within ``gap`` unless the work limit is reached,
-    and statistics of the search; None if infeasible.
-
-    ``known_bound`` is a lower bound from a relaxation.
-    """
+    and statistics of the search; None if infeasible."""
     even = _even(half, steps)
     if even is None:
         return None
     if even.multiplier == 0.0:
         # Probably the limit is not binding.
         free = Half(replace(half.program, limit=None), half.solid_from)
-        found = _Search(free, _even(free, steps), gap).close(known_bound)
+        found = _Search(free, _even(free, steps), gap).close()
         if half.lightest_walls(found[0].places).multiplier == 0.0:
             return found
-    return _Search(half, even, gap).close(known_bound)
+    return _Search(half, even, gap).close()
 
 
 def _even(half: Half, steps: int) -> Steps | None:
@@ -79,15 +76,15 @@ class _Search:
         self.work, self.most_work = 0, _MOST_WORK * self.steps
         self.reach = np.empty(0)
 
-    def close(self, known_bound: float) -> tuple[Steps, float, Evidence]:
+    def close(self) -> tuple[Steps, float, Evidence]:
         """Bound, cut and divide, lowest bound first."""
         queue: list[tuple[float, int, Part]] = []
-        final_bound, count = known_bound, 1
+        final_bound, count = 0.0, 1
         if self.steps == 1 and math.isfinite(self.best.multiplier):
             final_bound = self.best.volume * (1.0 - _ROUNDING)
         elif math.isfinite(self.best.multiplier):
             final_bound = math.inf
-            queue = [(known_bound, 0, all_steps(self.half, self.steps, float(self.best.walls[-1])))]
+            queue = [(0.0, 0, all_steps(self.half, self.steps, float(self.best.walls[-1])))]
         while queue and not self._is_closed(queue[0][0]) and self.work <= self.most_work:
             bound, _, part = heapq.heappop(queue)
             bound, children = self._examine(part, bound)
@@ -108,11 +105,10 @@ class _Search:
         """Return the bound of a part, given one, and the parts that it is divided or cut into; none if it is closed or
         cannot be cut further."""
         lat, limited, volume = part.lattice(self.half), self.half.sums is not None, self.best.volume
-        walls = ranges(lat)
-        come, paths = np.empty((self.steps, lat.t.size, lat.u.size)), np.empty((2, 2, self.steps), dtype=np.int64)
+        come, paths = np.empty(lat.row_last + lat.u.size), np.empty((2, 2, self.steps), dtype=np.int64)
         tolerance = _DUAL_TOLERANCE * max(self.gap * volume, _EXPECTED_PROGRESS * (volume - bound))
         lam, value, trials = maximise_dual(
-            lat, walls, come, part.multiplier, tolerance if limited else math.inf, volume, *paths
+            lat, come, part.multiplier, tolerance if limited else math.inf, volume, *paths
         )
         self.work += _EXAMINATION + (trials + 1) * part.ends
         if value == math.inf:
@@ -122,18 +118,18 @@ class _Search:
         self.reach = part.breaks.h[paths[1, 0, :-1] // 2]
         if self._is_closed(bound):
             return bound, []
-        open_breaks, open_walls = np.empty_like(lat.open_breaks), np.empty_like(lat.open_walls)
-        prune(lam, lat, walls, come, (lam + self.best.volume) * (1.0 + _ROUNDING), open_breaks, open_walls)
-        if not (open_breaks.any(axis=1).all() and open_walls.any(axis=1).all()):
+        thin, thick = np.empty_like(lat.thin), np.empty_like(lat.thick)
+        prune(lam, lat, come, (lam + self.best.volume) * (1.0 + _ROUNDING), thin, thick)
+        child = replace(part, thin=thin, thick=thick, multiplier=lam)
+        if not child.open_breaks.any(axis=1).all():
             return math.inf, []
-        child = replace(part, open_breaks=open_breaks, open_walls=open_walls, multiplier=lam)
         counted = min(self._counted(lat, path, lam) for path in paths)
         point = self._between(lat, *paths) if self.best.volume - counted > counted - value else None
         if point is not None:
             child = child.compacted()
             return bound, [replace(child, below=(*part.below, point)), replace(child, above=(*part.above, point))]
         child = child.cut(self.half, *self._widest(child, lat, paths))
-        return bound, [child] if child.size <= _MOST_SIZE and _TRIALS * child.ends <= self.most_work - self.work else []
+        return bound, [child] if child.ends <= _MOST_SIZE and _TRIALS * child.ends <= self.most_work - self.work else []
 
     def _try_between(self, lat: Lattice, soft: Indices, stiff: Indices) -> None:
         """Try the break points of the stiff steps, and those between soft and stiff ones that just meet the limit."""
@@ -156,8 +152,8 @@ class _Search:
         return math.inf if found is None else found.volume
 
     def _polish(self) -> None:
-        """Try each break point at the vertex of the parabola through three volumes, a cell's width apart."""
-        for step in np.diag(self.reach):
+        """Try each break point at the vertex of a parabola through volumes a cell's width, then a fifth of it apart."""
+        for step in (*np.diag(self.reach), *np.diag(_POLISH * self.reach)):
             places, volume = self.best.places[:-1], self.best.volume
             before, behind = self._try(places - step), self._try(places + step)
             if volume < min(before, behind) < math.inf > max(before, behind):
@@ -194,10 +190,11 @@ class _Search:
         h, wide, least = part.breaks.h, np.diff(part.walls.ends, axis=1)[:, 0], _SHARE * due.max()
         if least <= 0.0:
             return ~cut_breaks, ~cut_walls
+        open_breaks, open_walls = part.open_breaks, part.open_walls
         for which, kind, k in np.argwhere(due >= least):
             cell = paths[which, kind, k] // 2
             if kind == 0:
-                cut_breaks |= part.open_breaks[k] & (h >= h[cell] * (1.0 - _ROUNDING))
+                cut_breaks |= open_breaks[k] & (h >= h[cell] * (1.0 - _ROUNDING))
             else:
-                cut_walls |= part.open_walls[k] & (wide >= wide[cell] * (1.0 - _ROUNDING))
+                cut_walls |= open_walls[k] & (wide >= wide[cell] * (1.0 - _ROUNDING))
         return cut_breaks, cut_walls

@@ -19,14 +19,16 @@ from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Evaluation, assemble
-from solvers.pin.result import PinCheck, Stress, along_the_part, finite
+from solvers.pin.result import PinCheck, Stress, finite, sections_of
 from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.strength import where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
+from solvers.pin.shapes.contour import Contour
 from solvers.pin.shapes.given import Profile, WholeProfile
+from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.lobatto_panels import initial_stations
 from solvers.pin.warnings import warnings_of
 
@@ -109,9 +111,9 @@ class Prepared:
         """Evaluate the check by quadrature on stations."""
         started = time.perf_counter()
         variable, whole = design_variable_of(self.scene), self.whole
-        found, error_estimate = self._on_profile()
+        found, error_estimate = on_profile(self.scene, whole, self.criterion, self.physics, self.accuracy, self.limits)
         mass = variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore))
-        value = assess(found, self.limits, mass, self.accuracy, whole.places)
+        value = assess(found, self.limits, mass, self.accuracy, whole.contour(self.scene))
         settings = {"stations": int(found.walls.size)}
         return self._outcome(
             value,
@@ -120,11 +122,8 @@ class Prepared:
             time.perf_counter() - started,
         )
 
-    def _on_profile(self) -> tuple[Evaluation, float]:
-        return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
-
-    def _sections(self) -> Stress:
-        return sections_of(self._on_profile()[0], self.whole.places)
+    def _sections(self, worst: float) -> Stress:
+        return sections_of(self.scene, self.criterion, self.whole.contour(self.scene), worst, self.accuracy)
 
     def _outcome(
         self, value: PinCheck, estimated: float, settings: dict[str, int], seconds: float
@@ -151,13 +150,13 @@ def on_profile(
     The estimate is the larger of the relative errors of the deflection and the maximum strength utilisation. Panels
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
     """
-    stations = initial_stations(scene, whole.places)
+    stations = initial_stations(scene, whole.x)
     points = design_variable_of(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations)
         walls = whole.between(points, stations.x, stations.side) / program.variable.unit_diameter
         found = Evaluation(program, walls)
-        error_estimate, peak_excess = found.errors()
+        error_estimate, peak_excess = found.deflection_error, maximum_excess(program.stations, found.utilisations)
         coarse = error_estimate.sum() > 0.1 * accuracy
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
@@ -167,10 +166,10 @@ def on_profile(
 
 
 def assess(
-    found: Evaluation, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...],
+    found: Evaluation, limits: Limits, mass: float, accuracy: float, shape: Contour,
     cautions: tuple[str, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Return all results of a part; ``mass`` [kg], ``places``: the shape's breaks [m], ``cautions``: further
+    """Return all results of a part; ``mass`` [kg], ``shape``: its varying diameter, ``cautions``: further
     warnings."""
     program, walls, deflection = found.program, found.walls, found.deflection
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
@@ -178,14 +177,14 @@ def assess(
     x, (bore, outer) = stations.x, variable.diameters(walls)
     criterion, shear = found.utilisations.max(axis=1).tolist()
     # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
-    worst = np.flatnonzero(found.utilisations[0] >= (1.0 - _EQUAL) * criterion)[-1]
+    worst_section = float(x[np.flatnonzero(found.utilisations[0] >= (1.0 - _EQUAL) * criterion)[-1]])
     middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
         capacity=partial(force_limit, scene, program.criterion) if is_pin else None,
-        sections=partial(sections_of, found, places),
+        sections=partial(sections_of, scene, program.criterion, shape, worst_section, accuracy),
         messages=partial(_warnings, found, limits, cautions),
         rings=partial(ring_of, scene, bore, outer, middle) if physics.ovalization else None,
         min_bore=float(bore.min()),
@@ -196,7 +195,7 @@ def assess(
         max_moment=float(program.moment.max()),
         max_shear=float(program.shear_force.max()),
         equivalent_stress_max=finite(scene.material.allowable_stress * criterion),
-        worst_section=float(x[worst]),
+        worst_section=worst_section,
         shear_stress_max=None if allowable_shear is None else finite(allowable_shear * shear),
         strength_utilisation=finite(max(criterion, shear)),
         deflection=finite(deflection),
@@ -208,12 +207,3 @@ def _warnings(found: Evaluation, limits: Limits, cautions: tuple[str, ...], chec
     x = found.program.stations.x
     over = partial(where_over, x, found.utilisations)
     return *warnings_of(check, found.program.scene, limits, over, x, found.walls), *cautions
-
-
-def sections_of(found: Evaluation, places: tuple[float, ...]) -> Stress:
-    """Return the distributions along the part, keeping the shape's breaks ``places`` [m]."""
-    program, scene = found.program, found.program.scene
-    equivalent = scene.material.allowable_stress * found.utilisations[0]
-    bore, outer = program.variable.diameters(found.walls)
-    table = np.stack([program.stations.x, bore, outer, program.moment, program.shear_force, equivalent])
-    return along_the_part(table, places, scene)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
+from solvers.numerics.cubics import Cubic
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, on_profile
 from solvers.pin.effects import Physics, choose_for, compose
@@ -20,7 +20,7 @@ from solvers.pin.optimum.conic import slope_limited_walls
 from solvers.pin.optimum.program import Evaluation, Program, ShapeResult, assemble
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
-from solvers.pin.shapes.contour import Cubic, contour
+from solvers.pin.shapes.delivered import contour_excess, contour_of
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
 from solvers.pin.stations.lobatto_panels import Stations, initial_stations
@@ -40,23 +40,16 @@ _NEGLIGIBLE_GAP = 1e-7
 class PinDesign:
     """Optimum, its check, and the mass of the free form under the same limits [kg].
 
-    ``corners``: vertices of the designed diameter if it is piecewise linear, else None; ``evaluation``: its walls.
+    ``corners``: vertices of the designed diameter if it is piecewise linear, else None; ``contour``: otherwise the
+    diameter as cubics over the whole part; ``evaluation``: its walls.
     """
 
     check: PinCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
+    contour: tuple[Cubic, ...] | None
     evaluation: Evaluation
-
-    @cached_property
-    def contour(self) -> tuple[Cubic, ...] | None:
-        """The designed diameter as cubics over the whole part; None if it is piecewise linear."""
-        if self.corners:
-            return None
-        program = self.evaluation.program
-        sizes = program.variable.sizes(self.evaluation.walls)
-        return contour(program.stations, sizes, program.scene.geometry.length)
 
 
 def design(
@@ -85,12 +78,13 @@ def design(
             timing={"solve_s": time.perf_counter() - started},
         )
     program, best, evaluation, error_estimate = found
-    places: tuple[float, ...] = ()
-    if best.corners is not None:
+    if best.corners is None:
+        shape = contour_of(evaluation, accuracy)
+    else:
         # As ``check`` does, on stations that include its corners.
         given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True))).along(scene.geometry.length)
         evaluation, further = on_profile(scene, given, problem.criterion, physics, accuracy)
-        places, error_estimate = given.places, max(error_estimate, further)
+        shape, error_estimate = given.contour(scene), max(error_estimate, further)
     free_volume = best.volume
     if problem.form != FREE or limits.max_slope is not None:
         free_volume, further = _volume_of_free_form(program, accuracy)
@@ -101,12 +95,9 @@ def design(
     if gap > max(accuracy, _NEGLIGIBLE_GAP):
         # The gap is not an error of the reported values.
         cautions = (f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass",)
+    check = assess(evaluation, limits, unit * best.volume, accuracy, shape, cautions)
     value = PinDesign(
-        check=assess(evaluation, limits, unit * best.volume, accuracy, places, cautions),
-        form=problem.form.name,
-        free_mass=unit * free_volume,
-        corners=best.corners,
-        evaluation=evaluation,
+        check, problem.form.name, unit * free_volume, best.corners, None if best.corners else shape.pieces, evaluation
     )
     return Outcome(
         Status.SUCCEEDED,
@@ -181,13 +172,15 @@ def _on_refined_stations(
             if mass_error <= mass_tolerance:
                 if best.corners is not None:
                     break
-                # The design's utilisation is at most 1.
-                result_errors = np.maximum(*evaluation.errors(most=1.0))
-                result_error = float(result_errors.sum())
+                result_errors = evaluation.deflection_error
+                result_error, error_estimate = float(result_errors.sum()), volume * result_errors
                 result = (program, best, evaluation, max(mass_error, result_error))
                 if result_error <= 0.5 * accuracy:
-                    break
-                error_estimate = volume * result_errors
+                    delivered = contour_excess(evaluation, accuracy)
+                    if delivered.max() <= 1.0:
+                        break
+                    result = (program, best, evaluation, max(mass_error, result_error, accuracy * delivered.max()))
+                    error_estimate = delivered * (0.5 * mass_tolerance * volume / delivered.size)
         if stations.x.size > most:
             break
         excess = error_estimate * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))

@@ -10,9 +10,17 @@ from functools import cached_property
 import numpy as np
 
 from solvers.numerics.arrays import Array
+from solvers.pin.optimum.design_variable import design_variable_of
+from solvers.pin.optimum.program import constraints_at
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.ring.bearing_pressure import Pressures
 from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import Criterion
+from solvers.pin.shapes.contour import Contour
+from solvers.pin.shapes.delivered import tolerance_of
+
+_CHORDS = 1e-6
+"""Least relative excess of the stress tolerated in straight lines between positions."""
 
 
 @dataclass(frozen=True)
@@ -28,30 +36,32 @@ class Stress:
     equivalent: Array
 
 
-def along_the_part(table: Array, places: tuple[float, ...], scene: Scene) -> Stress:
-    """Return about 400 stations of the whole part, including load boundaries, the shape's breaks ``places`` [m] and the
-    station of maximum stress.
-
-    ``table``: the rows of ``Stress`` at a program's stations, (6, n), the shear without its sign.
-    """
-    g = scene.geometry
-    table = table[:, _kept(table, np.array([0.0, 0.5 * g.length, *scene.breakpoints, *places]), g.length / 400.0)]
+def sections_of(scene: Scene, criterion: Criterion, shape: Contour, worst: float, accuracy: float) -> Stress:
+    """Return the distributions along the whole part at 150 positions and more, including load boundaries, the shape's
+    breaks and the section ``worst`` [m]. Straight lines between its diameters exceed no stress by more than the
+    accuracy or 1e-6."""
+    variable, length, half = design_variable_of(scene), scene.geometry.length, shape.rows[-1, 1]
+    # A bushing's stress may decrease with the cube of its wall.
+    tolerance = max(tolerance_of(accuracy), 0.5 * _CHORDS) / (1.0 if variable.sign < 0.0 else 3.0)
+    x, side = shape.points(length / 150.0, variable.given, tolerance)
+    further = np.array([place for place in (worst, *scene.breakpoints) if place <= half])
+    x, side = np.append(x, further), np.append(side, further)
+    order = np.lexsort((side, x))
+    x, side = x[order], side[order]
+    sizes = shape.at(x, side)
+    new = (np.diff(x, prepend=-1.0) > 1e-12 * length) | (np.abs(np.diff(sizes, prepend=-1.0)) > 1e-12 * sizes)
+    x, side, sizes = x[new], side[new], sizes[new]
+    own, thickness = scene.own_forces(x, side), variable.thickness(sizes) / variable.unit_diameter
+    used = variable.utilisations(constraints_at(scene, criterion, x, side), thickness)[0]
+    given = np.full_like(sizes, variable.given)
+    bore, outer = (sizes, given) if variable.sign < 0.0 else (given, sizes)
+    table = np.stack([x, bore, outer, own[0], own[1], scene.material.allowable_stress * used])
     if scene.symmetric:
-        mirrored = table[:, ::-1].copy()
-        mirrored[0] = g.length - mirrored[0]
-        table = np.concatenate([table, mirrored[:, 1:]], axis=1)
-    table[4] = np.copysign(table[4], 0.5 * g.length - table[0])
+        mirrored = table[:, -2::-1].copy()
+        mirrored[0] = length - mirrored[0]
+        table = np.concatenate([table, mirrored], axis=1)
+    table[4] = np.copysign(table[4], 0.5 * length - table[0])
     return Stress(*table)
-
-
-def _kept(table: Array, places: Array, step: float) -> Array:
-    """Mask of the columns kept: one per ``step``, the ends, ``places``, the maximum stress; of equal ones the first."""
-    x, sizes = table[0], table[1:3]
-    new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
-    places = np.sort(np.append(places, (x[0], x[-1], x[np.argmax(table[5])])))
-    after = np.searchsorted(places, x).clip(1, places.size - 1)
-    at_place = np.minimum(np.abs(x - places[after - 1]), np.abs(x - places[after])) <= 1e-12 * x[-1]
-    return new & (at_place | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
 
 
 @dataclass(frozen=True)
@@ -107,7 +117,7 @@ class PinCheck:
 
     @cached_property
     def along(self) -> Stress:
-        """About 400 stations from end to end, computed on first access."""
+        """150 positions and more from end to end, computed on first access."""
         return self.sections()
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from app.designs.drawing import Bezier, Dimension, Drawing, Layer, Line, Outline, Piece, Place, Straight, words_of
 from app.designs.part import Parameter, Part, Revolution
 from app.designs.pin_profile.request import material_of
-from solvers.pin.shapes.contour import Cubic
+from solvers.numerics.cubics import Cubic
 
 _LENGTH_TOLERANCE = 1e-9
 """Relative length difference below manufacturing resolution."""

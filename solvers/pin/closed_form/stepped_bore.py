@@ -82,8 +82,8 @@ def evaluate_all(pins: Sequence[SteppedBore]) -> Results:
     )
 
 
-def result(pin: SteppedBore, results: Results, row: int, sections: Callable[[], Stress]) -> PinCheck:
-    """Return one row as a check; ``sections`` computes the distributions along the pin on first access."""
+def result(pin: SteppedBore, results: Results, row: int, sections: Callable[[float], Stress]) -> PinCheck:
+    """Return one row as a check; ``sections`` computes the distributions along the pin, given the worst section."""
     scene, bores = pin.scene, pin.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
@@ -95,7 +95,7 @@ def result(pin: SteppedBore, results: Results, row: int, sections: Callable[[], 
         solid_mass=solid_mass,
         lightest_constant=partial(lightest_constant_mass, scene, pin.limits, pin.criterion, pin.physics, 1.0),
         capacity=partial(_capacity, pin, found.solid),
-        sections=sections,
+        sections=partial(sections, found.worst),
         messages=partial(_warnings, pin, walls / g.outer_diameter),
         rings=partial(ring_of, scene, np.array(bores), outer) if pin.physics.ovalization else None,
         min_bore=min(bores),

@@ -27,7 +27,6 @@ from solvers.pin.scene import Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import Flexibility, cowper, densities
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints
-from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.lobatto_panels import Stations
 
 
@@ -97,12 +96,16 @@ def assemble(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     constraints = constraints_at(scene, criterion, stations.x, stations.side)
     walls = variable.least_walls(constraints, floor, stations.x.size)
     variable = variable.rescaled(float(walls.max()), length)
-    bending_stiffness, shear_stiffness = variable.stiffness(scene)
     return Program(
         scene, limits, criterion, physics, stations, variable, own[0], own[1], constraints, floor,
-        variable.solidity_of(walls), own[2] * (length / bending_stiffness),
-        own[3] * (length / shear_stiffness if physics.shear_deflection else 0.0), limits.max_deflection,
+        variable.solidity_of(walls), *coefficients(scene, physics, variable, own), limits.max_deflection,
     )  # fmt: skip
+
+
+def coefficients(scene: Scene, physics: Physics, variable: DesignVariable, own: Array) -> tuple[Array, Array]:
+    """Return the deflection coefficients B and S [m] at stations with the part's own resultants (4, n)."""
+    (bending, shearing), length = variable.stiffness(scene), scene.geometry.length
+    return own[2] * (length / bending), own[3] * (length / shearing if physics.shear_deflection else 0.0)
 
 
 def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[StrengthConstraint, ...]:
@@ -128,22 +131,19 @@ class Evaluation:
         return self.program.utilisations(self.walls)
 
     @cached_property
-    def _density(self) -> Array:
+    def density(self) -> Array:
         return self.program.densities(self.program.variable.solidity_of(self.walls))
 
     @cached_property
     def deflection(self) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""
-        return float(self.program.weight @ self._density)
+        return float(self.program.weight @ self.density)
 
-    def errors(self, most: float = np.inf) -> tuple[Array, Array]:
-        """Return error estimates per panel, of the deflection's quadrature (relative) and of the maximum utilisation
-        between stations; ``most`` is an upper bound of the utilisations."""
-        stations, total = self.program.stations, self.deflection
-        peaks = maximum_excess(stations, self.utilisations, most)
-        if not 0.0 < total < np.inf:
-            return np.zeros_like(peaks), peaks
-        return stations.error_estimate(self._density) / total, peaks
+    @property
+    def deflection_error(self) -> Array:
+        """Error estimate of the deflection's quadrature per panel, relative."""
+        found = self.program.stations.error_estimate(self.density)
+        return found / self.deflection if 0.0 < self.deflection < np.inf else np.zeros_like(found)
 
 
 @dataclass(frozen=True)

@@ -8,95 +8,85 @@ where the polynomial would oscillate, into straight segments.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TypeVar
+import math
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.polynomial.chebyshev import chebfit
 
 from solvers.numerics.arrays import Array
+from solvers.numerics.cubics import Cubic, longest_cubics
 from solvers.numerics.panels import differentiation_matrix
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
 _DIFFERENTIATION = differentiation_matrix(NODE_PLACES, NODE_WEIGHTS)
-_TOLERANCE = 1e-7
-"""Relative to the greatest diameter: 2 nm for a pin of 20 mm."""
+_CHEBYSHEV = np.linalg.inv(np.polynomial.chebyshev.chebvander(NODE_PLACES, NODES - 1))
+_TOLERANCE, RESOLUTION = 1e-7, 1e-12
+"""Tolerance relative to the greatest diameter, 2 nm for a pin of 20 mm; the same to which a thin wall is resolved."""
 _POSITION_TOLERANCE = 1e-9
 """Relative to the length: positions closer than manufacturing can resolve."""
-
 _UNRESOLVED = 1e-4
 """Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which a kink is assumed."""
-
-F = TypeVar("F", float, Array)
-
-
-@dataclass(frozen=True)
-class Cubic:
-    """A diameter over [start, end]: the cubic polynomial with these values and slopes at its ends, all lengths in the
-    same unit."""
-
-    start: float
-    end: float
-    first: float
-    last: float
-    slope_first: float
-    slope_last: float
-
-    def at(self, x: F) -> F:
-        """Return the diameter at a position, or an array of positions, between the ends (Hermite's form)."""
-        width = self.end - self.start
-        t = (x - self.start) / width
-        s = 1.0 - t
-        from_values = self.first * s * s * (1.0 + 2.0 * t) + self.last * t * t * (1.0 + 2.0 * s)
-        return from_values + width * t * s * (self.slope_first * s - self.slope_last * t)
+_MOST_CHORDS = 200
+"""Maximum number of chords of one cubic."""
 
 
-def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic, ...]:
-    """Return the diameters [m] at the stations as cubics over the whole bar, in order.
+@dataclass(frozen=True, eq=False)
+class Contour:
+    """Cubics in order over one half of a symmetric bar, or over a whole one: ``rows`` of the fields of ``Cubic``,
+    (n, 6). Adjacent ones may differ in slope, a kink, and in value, a step."""
 
-    Stations up to the middle represent both halves. Adjacent cubics may differ in slope, a kink, and in value, a
-    step. At every station further than 1e-9 of the length from a step they are within 1e-7 of the greatest diameter.
+    rows: Array
+    length: float
+
+    @cached_property
+    def pieces(self) -> tuple[Cubic, ...]:
+        """The cubics over the whole bar."""
+        start, end, first, last, rise, fall = self.rows.T
+        rows = self.rows
+        if end[-1] < self.length * (1.0 - _POSITION_TOLERANCE):
+            other = np.stack([self.length - end, self.length - start, last, first, -fall, -rise], axis=1)
+            rows = np.concatenate([rows, other[::-1]])
+        return tuple(Cubic(*row) for row in rows.tolist())
+
+    def at(self, x: Array, side: Array) -> Array:
+        """Return the diameters at positions x, at a step those of the cubic in which ``side`` lies."""
+        last = len(self.rows) - 1
+        return Cubic(*self.rows[np.minimum(np.searchsorted(self.rows[:, 1], side, side="left"), last)].T).at(x)
+
+    def points(self, step: float, given: float, tolerance: float) -> tuple[Array, Array]:
+        """Return positions at most ``step`` apart, and with each its cubic's middle, whose chords leave walls to the
+        ``given`` diameter that are thinner than the curve's by ``tolerance`` of them at most."""
+        start, end, first, last, rise, fall = self.rows.T
+        width, chord = end - start, (last - first) / (end - start)
+        # The second derivative, linear, at both ends.
+        bend = np.stack([6.0 * chord - 4.0 * rise - 2.0 * fall, 2.0 * rise + 4.0 * fall - 6.0 * chord]) / width
+        wall = np.minimum(np.abs(first - given), np.abs(last - given)) + RESOLUTION * np.max(self.rows[:, 2:4])
+        toward = np.sign(given - 0.5 * (first + last))
+        sag = np.maximum(toward * bend, 0.0).max(axis=0) * width * width / 8.0
+        count = np.ceil(np.maximum(width / step, np.minimum(np.sqrt(sag / (tolerance * wall)), _MOST_CHORDS)))
+        number = np.repeat(np.arange(len(width)), count.astype(int) + 1)
+        k = np.arange(number.size) - np.concatenate([[0], np.cumsum(count + 1)[:-1]])[number]
+        return start[number] + width[number] * (k / count[number]), 0.5 * (start + end)[number]
+
+
+def contour(
+    stations: Stations, diameters: Array, length: float, tolerance: Array | float = math.inf, steepest: float = math.inf
+) -> Contour:
+    """Return the diameters [m] at the stations as cubics that are not steeper than ``steepest``.
+
+    At every station further than 1e-9 of the length from a step they are within the ``tolerance`` [m], and within 1e-7
+    of the greatest diameter.
     """
-    tolerance = _TOLERANCE * float(np.max(diameters))
     kept = stations.width > _POSITION_TOLERANCE * length
-    x = stations.x.reshape(-1, NODES)[kept]
-    values = np.asarray(diameters, float).reshape(-1, NODES)[kept]
+    tolerance = np.broadcast_to(np.minimum(tolerance, _TOLERANCE * float(np.max(diameters))), stations.x.shape)
+    x, values, tolerance = (given.reshape(-1, NODES)[kept] for given in (stations.x, diameters, tolerance))
     slopes = 2.0 / stations.width[kept, None] * (values @ _DIFFERENTIATION.T)
-    pieces = _cubics(x, values, slopes, tolerance)
+    waves = np.abs(values @ _CHEBYSHEV[1:].T)
+    smooth = waves[:, -2:].max(axis=1) <= _UNRESOLVED * waves.max(axis=1)
+    rows = longest_cubics(x.ravel(), values.ravel(), slopes.ravel(), smooth, tolerance.ravel(), steepest, NODES)
     # Close the gaps of panels dropped as too narrow: they are steps.
-    starts = [0.0, *(piece.end for piece in pieces[:-1])]
-    pieces = [replace(piece, start=start) for piece, start in zip(pieces, starts, strict=True)]
-    middle = 0.5 * length
-    if stations.right[-1] > middle * (1.0 + 1e-9):
-        return tuple(pieces)
-    half = [*(replace(piece, end=min(piece.end, middle)) for piece in pieces[:-1]), replace(pieces[-1], end=middle)]
-    other = [
-        Cubic(length - p.end, length - p.start, p.last, p.first, -p.slope_last, -p.slope_first) for p in reversed(half)
-    ]
-    return (*half, *other)
-
-
-def _cubics(x: Array, values: Array, slopes: Array, tolerance: float) -> list[Cubic]:
-    """Return the longest cubics from panel to panel within the tolerance at their nodes, (panels, nodes) each."""
-    pieces: list[Cubic] = []
-    begin = 0
-    while begin < len(x):
-        piece, end = None, begin + 1
-        for last in range(begin, len(x)):
-            ends = values[begin, 0], values[last, -1], slopes[begin, 0], slopes[last, -1]
-            longer = Cubic(*map(float, (x[begin, 0], x[last, -1], *ends)))
-            if not np.abs(longer.at(x[begin : last + 1]) - values[begin : last + 1]).max() <= tolerance:
-                break
-            piece, end = longer, last + 1
-        pieces += [piece] if piece else _cubics(*_at_nodes(x[begin], values[begin], slopes[begin]), tolerance)
-        begin = end
-    return pieces
-
-
-def _at_nodes(x: Array, values: Array, slopes: Array) -> tuple[Array, Array, Array]:
-    """Divide a panel at its nodes; with the slopes of chords unless its polynomial has converged."""
-    parts = [np.stack([nodes[:-1], nodes[1:]], axis=1) for nodes in (x, values, slopes)]
-    sizes = np.abs(chebfit(NODE_PLACES, values, NODES - 1)[1:])
-    if sizes[-2:].max() > _UNRESOLVED * sizes.max():
-        parts[2] = np.repeat(np.diff(parts[1]) / np.diff(parts[0]), 2, axis=1)
-    return tuple(parts)
+    rows[:, 0] = np.append(0.0, rows[:-1, 1])
+    if stations.right[-1] <= 0.5 * length * (1.0 + _POSITION_TOLERANCE):
+        rows[-1, 1] = 0.5 * length
+    return Contour(rows, length)

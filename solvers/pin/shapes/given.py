@@ -10,7 +10,8 @@ import numpy as np
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.scene import BushingGeometry, Geometry
+from solvers.pin.scene import BushingGeometry, Geometry, Scene
+from solvers.pin.shapes.contour import Contour
 from solvers.pin.stations.lobatto_panels import LEAST_PANEL, separated
 
 
@@ -66,10 +67,6 @@ class WholeProfile:
     bore: tuple[float, ...]
     mirrored: bool = False
 
-    @property
-    def places(self) -> tuple[float, ...]:
-        return tuple(sorted(set(self.x)))
-
     def is_symmetric(self, length: float, walls: Array) -> bool:
         """Return whether the profile is symmetric, to rounding of the ``walls`` at the points.
 
@@ -83,6 +80,19 @@ class WholeProfile:
         side, x = np.tile(0.5 * (edges[:-1] + edges[1:]), 2), np.concatenate([edges[:-1], edges[1:]])
         own, mirrored = self.between(walls, x, side), mirror_image.between(walls[::-1], x, side)
         return bool(np.all(np.abs(own - mirrored) <= ROUNDING * np.maximum(own, mirrored)))
+
+    def contour(self, scene: Scene) -> Contour:
+        """Return the profile as straight pieces, over one half of a symmetric part."""
+        length = scene.geometry.length
+        end = 0.5 * length if scene.symmetric else length
+        x, size = np.array(self.x), np.array(self.bore)
+        kept = (x[1:] > x[:-1]) & (x[:-1] < end)
+        first, last, start, stop = size[:-1][kept], size[1:][kept], x[:-1][kept], x[1:][kept]
+        slope = (last - first) / (stop - start)
+        clipped = np.minimum(stop, end)
+        return Contour(
+            np.stack([start, clipped, first, first + slope * (clipped - start), slope, slope], axis=1), length
+        )
 
     def between(self, values: Array, x: Array, side: Array) -> Array:
         """Interpolate values given at the points to stations x with ``side`` as in ``Stations``: linear, with steps

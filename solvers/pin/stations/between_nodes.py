@@ -12,15 +12,13 @@ _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""
 
 
-def maximum_excess(stations: Stations, values: Array, most: float = np.inf) -> Array:
+def maximum_excess(stations: Stations, values: Array) -> Array:
     """Return the estimated relative excess over the maximum at the stations within each panel, (n/NODES,).
 
     ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
-    estimate is twice the relative excess of parabolas through three neighbouring stations. With ``most``, an upper
-    bound of the values, kinks between stations are considered as well: the intersection of lines through neighbours
-    on either side, next to an end of a panel the parabola or the line from the other side.
+    estimate is twice the relative excess of parabolas through three neighbouring stations.
     """
-    return _maximum_excess(stations.x, values, most)
+    return _maximum_excess(stations.x, values)
 
 
 def running_maximum_error(stations: Stations, values: Array, forward: bool = True) -> Array:
@@ -46,37 +44,7 @@ def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
 
 
 @kernel
-def _height_toward(x: Array, y: Array, i: int, step: int) -> float:
-    """Maximum height between node i and its neighbour i + ``step`` of the parabola through i and the two nodes before
-    it, if that bends downward; otherwise of the line through i and the one before it."""
-    up = (y[i] - y[i - step]) / (x[i] - x[i - step])
-    before = (y[i - step] - y[i - 2 * step]) / (x[i - step] - x[i - 2 * step])
-    bend, end = (up - before) / (x[i] - x[i - 2 * step]), x[i + step]
-    if not bend < 0.0:
-        return max(y[i], y[i] + up * (end - x[i]))
-    top = 0.5 * (x[i] + x[i - step] - up / bend)
-    top = min(max(top, min(x[i], end)), max(x[i], end))
-    return y[i] + (top - x[i]) * (up + bend * (top - x[i - step]))
-
-
-@kernel
-def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
-    """Height at which extrapolations from both sides meet between stations i and i + 1; y[i] if they do not. At an end
-    of the panel, the height that the one from the other side reaches."""
-    if i == first:
-        return max(y[i], _height_toward(x, y, i + 1, -1))
-    if i + 1 == last:
-        return _height_toward(x, y, i, 1)
-    up, down = (y[i] - y[i - 1]) / (x[i] - x[i - 1]), (y[i + 2] - y[i + 1]) / (x[i + 2] - x[i + 1])
-    if up > down:
-        along = (y[i + 1] - y[i] - down * (x[i + 1] - x[i])) / (up - down)
-        if 0.0 < along < x[i + 1] - x[i]:
-            return y[i] + up * along
-    return y[i]
-
-
-@kernel
-def _maximum_excess(x: Array, values: Array, most: float) -> Array:
+def _maximum_excess(x: Array, values: Array) -> Array:
     found = np.zeros(x.size // NODES)
     for kind in range(values.shape[0]):
         y, top = values[kind], 0.0
@@ -91,20 +59,13 @@ def _maximum_excess(x: Array, values: Array, most: float) -> Array:
             first, last = panel * NODES, (panel + 1) * NODES - 1
             for i in range(first + 1, last):
                 place, height = _parabola(x, y, 1.0, i)
-                # No maximum between stations where values rise on beyond the next one, or fall before. A value of 0 at
-                # an end without load and wall does not indicate one either: the limit there is finite.
+                # No maximum between stations where values rise on beyond the next one, or fall before.
                 rises_on = y[i] < y[i + 1] and i + 2 <= last and y[i + 1] < y[i + 2]
                 fell_before = y[i] < y[i - 1] and i - 2 >= first and y[i - 1] < y[i - 2]
-                ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
-                if x[i - 1] < place < x[i + 1] and not (rises_on or fell_before or ends):
+                if x[i - 1] < place < x[i + 1] and not (rises_on or fell_before):
                     highest = max(highest, height)
                 highest = max(highest, y[i])
-            rise = _SAFETY_FACTOR * (highest / top - 1.0)
-            if most < np.inf:
-                for i in range(first, last):
-                    rise = max(rise, _kink(x, y, i, first, last) / top - 1.0)
-                rise = min(rise, max(most / top - 1.0, 0.0))
-            found[panel] = max(found[panel], rise)
+            found[panel] = max(found[panel], _SAFETY_FACTOR * (highest / top - 1.0))
     return found
 
 

@@ -6,7 +6,6 @@ quadrature rules on subsets of the nodes disagree.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -92,7 +91,11 @@ class Stations:
         Far above the tolerance, a kink or a jump is assumed and the panel is also cut on either side of it, between the
         two nodes adjacent to the largest change of slope.
         """
-        return self.cut(_cuts(self.x, self.width, excess, values))
+        x, f, kinked = self.x.reshape(-1, NODES), values.reshape(-1, NODES), np.flatnonzero(excess > _KINK_RATIO)
+        bend = np.abs(np.diff(np.diff(f[kinked]) / np.diff(x[kinked])))
+        at = np.argmax(np.pad(bend, ((0, 0), (1, 0))) + np.pad(bend, ((0, 0), (0, 1))), axis=1)
+        middles = (self.left + 0.5 * self.width)[excess > 1.0]
+        return self.cut(np.concatenate([middles, x[kinked, at], x[kinked, at + 1]]))
 
 
 @kernel
@@ -138,44 +141,6 @@ def _error_estimate(width: Array, span: float, values: Array) -> Array:
             most = abs(difference) if not abs(difference) <= most else most
         error_estimate[panel] = 0.5 * width[panel] / span * most
     return error_estimate
-
-
-@kernel
-def _cuts(x: Array, width: Array, excess: Array, f: Array) -> Array:
-    """Return the positions at which ``Stations.refined`` cuts."""
-    places, count = np.empty(3 * excess.size), 0
-    for panel in range(excess.size):
-        first = panel * NODES
-        if excess[panel] > 1.0:
-            places[count] = x[first] + 0.5 * width[panel]
-            count += 1
-        if excess[panel] > _KINK_RATIO:
-            at, most, previous_change = first, -1.0, 0.0
-            for i in range(first, first + NODES - 1):
-                slope, slope_change = (f[i + 1] - f[i]) / (x[i + 1] - x[i]), 0.0
-                if i + 2 < first + NODES:
-                    slope_change = abs((f[i + 2] - f[i + 1]) / (x[i + 2] - x[i + 1]) - slope)
-                if previous_change + slope_change > most:
-                    at, most = i, previous_change + slope_change
-                previous_change = slope_change
-            places[count], places[count + 1] = _around_kink(x, f, at, first, excess[panel])
-            count += 2
-    return places[:count]
-
-
-@kernel
-def _around_kink(x: Array, f: Array, at: int, first: int, excess: float) -> tuple[float, float]:
-    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1: close to the intersection of
-    the lines through the neighbours on either side, so close that its error, quadratic in the width, is tolerable."""
-    left, right = x[at], x[at + 1]
-    if at > first and at + 2 < first + NODES:
-        before, after = (f[at] - f[at - 1]) / (left - x[at - 1]), (f[at + 2] - f[at + 1]) / (x[at + 2] - right)
-        if before != after:
-            along = (f[at + 1] - f[at] - after * (right - left)) / (before - after)
-            reach = (right - left) * max(min(4.0 / math.sqrt(excess), 0.5), 0.1)
-            if 0.0 < along < right - left:
-                return max(left, left + along - reach), min(right, left + along + reach)
-    return left, right
 
 
 def initial_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:

@@ -10,7 +10,7 @@ import pytest
 from solvers import pin
 from solvers.pin.shapes.contour import contour
 from solvers.pin.stations.lobatto_panels import Stations
-from tests.solvers.pin.pins import VAZ
+from tests.solvers.pin.pins import GEOMETRY, STEEL, VAZ
 
 LENGTH = 0.08
 HALF = np.linspace(0.0, 0.5 * LENGTH, 9)
@@ -37,7 +37,7 @@ def at(pieces, x):
 @pytest.mark.parametrize("shape", [smooth, bent])
 def test_it_is_the_function_within_its_tolerance(shape):
     panels = stations(HALF)
-    pieces = contour(panels, shape(panels.x), LENGTH)
+    pieces = contour(panels, shape(panels.x), LENGTH).pieces
     x = np.linspace(0.0, LENGTH, 801)
     found, wanted = at(pieces, x), shape(np.minimum(x, LENGTH - x))
     assert np.abs(found - wanted).max() < 3e-7 * wanted.max()
@@ -48,8 +48,8 @@ def test_it_is_the_function_within_its_tolerance(shape):
 
 def test_straight_parts_are_one_piece_each():
     panels = stations(HALF)
-    assert len(contour(panels, bent(panels.x), LENGTH)) == 4
-    assert len(contour(panels, np.full_like(panels.x, 0.01), LENGTH)) == 2
+    assert len(contour(panels, bent(panels.x), LENGTH).pieces) == 4
+    assert len(contour(panels, np.full_like(panels.x, 0.01), LENGTH).pieces) == 2
 
 
 def test_a_kink_within_a_narrow_panel_is_followed_from_node_to_node():
@@ -60,7 +60,7 @@ def test_a_kink_within_a_narrow_panel_is_followed_from_node_to_node():
     def shape(x):
         return 0.014 - 0.3 * np.maximum(x - kink, 0.0)
 
-    pieces = contour(panels, shape(panels.x), LENGTH)
+    pieces = contour(panels, shape(panels.x), LENGTH).pieces
     x = np.linspace(0.0, 0.5 * LENGTH, 4001)
     assert np.abs(at(pieces, x) - shape(x)).max() < 1e-7
 
@@ -70,7 +70,7 @@ def test_a_step_stays_a_step():
     panels = stations(HALF)
     step = HALF[4]
     values = np.where(panels.side >= step, 0.010, 0.014)
-    pieces = contour(panels, values, LENGTH)
+    pieces = contour(panels, values, LENGTH).pieces
     values = [value for p in pieces for value in (p.first, p.last)]
     assert values == pytest.approx([0.014, 0.014, 0.010, 0.010, 0.010, 0.010, 0.014, 0.014])
     assert pieces[0].end == pieces[1].start == pytest.approx(step)
@@ -78,7 +78,7 @@ def test_a_step_stays_a_step():
 
 def test_a_whole_bar_is_not_mirrored():
     panels = stations(np.linspace(0.0, LENGTH, 17))
-    pieces = contour(panels, smooth(panels.x), LENGTH)
+    pieces = contour(panels, smooth(panels.x), LENGTH).pieces
     x = np.linspace(0.0, LENGTH, 401)
     assert np.abs(at(pieces, x) - smooth(x)).max() < 3e-7 * 0.016
 
@@ -93,3 +93,35 @@ def test_about_kinks_there_are_no_waves(slope, form):
         sizes = found.evaluation.program.variable.sizes(found.evaluation.walls)
         assert diameters.max() <= sizes.max() * (1 + 1e-9)
         assert np.abs(np.diff(diameters) / np.diff(x)).max() <= slope * (1 + 1e-6)
+
+
+LIMITED = [{}, {"min_wall": 1.5e-3}, {"max_deflection": 12e-6}, {"max_slope": 0.3, "min_wall": 1e-3}]
+
+
+@pytest.mark.parametrize("criterion", ["tresca_paper", "fibre"])
+@pytest.mark.parametrize("limits", LIMITED, ids=lambda limits: "-".join(limits) or "none")
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
+def test_a_part_made_to_the_contour_or_to_the_points_meets_the_limits(limits, criterion, accuracy):
+    """The textbook's stresses at dense samples of the cubics, and of straight lines between the points."""
+    problem = pin.PinProblem(VAZ, pin.Limits(**limits), pin.Free(), pin.CRITERIA[criterion])
+    found, length, D = pin.design(problem, accuracy=accuracy).value, VAZ.geometry.length, GEOMETRY.outer_diameter
+    along = found.check.along
+    cubics = [(np.linspace(p.start, p.end, 33), p.at(np.linspace(p.start, p.end, 33))) for p in found.contour]
+    share = np.linspace(0.0, 1.0, 9)
+    lines = [
+        (a + share * (b - a), first + share * (last - first))
+        for (a, b), (first, last) in zip(pairwise(along.x), pairwise(along.bore), strict=True)
+        if b > a
+    ]
+    for pieces in (cubics, lines):
+        x, d = (np.concatenate(values) for values in zip(*pieces, strict=True))
+        # At the bare ends there is nothing to be stressed.
+        x, d = x[(D - d) > 1e-6 * D], d[(D - d) > 1e-6 * D]
+        y = np.minimum(x, length - x)
+        moment, shear = VAZ.own_forces(y, y)[:2]
+        bent = 32.0 * moment * D / (np.pi * (D - d) * (D + d) * (D * D + d * d))
+        sheared = 16.0 * shear * (D * D + D * d + d * d) / (3.0 * np.pi * (D - d) * (D + d) * (D * D + d * d))
+        stress = np.hypot(bent, 2.0 * sheared) if criterion == "tresca_paper" else np.maximum(bent, 2.0 * sheared)
+        assert stress.max() <= STEEL.allowable_stress * (1.0 + accuracy)
+        mean = sum(np.trapezoid(D * D - values * values, places) for places, values in pieces)
+        assert mean * STEEL.density * np.pi / 4.0 == pytest.approx(found.check.mass, rel=max(accuracy, 4e-4))

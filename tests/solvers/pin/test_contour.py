@@ -113,7 +113,7 @@ def test_a_part_made_to_the_contour_or_to_the_points_meets_the_limits(limits, cr
         for (a, b), (first, last) in zip(pairwise(along.x), pairwise(along.bore), strict=True)
         if b > a
     ]
-    for pieces in (cubics, lines):
+    for pieces, tolerance in ((cubics, accuracy), (lines, max(accuracy, 1e-4))):
         x, d = (np.concatenate(values) for values in zip(*pieces, strict=True))
         # At the bare ends there is nothing to be stressed.
         x, d = x[(D - d) > 1e-6 * D], d[(D - d) > 1e-6 * D]
@@ -122,6 +122,6 @@ def test_a_part_made_to_the_contour_or_to_the_points_meets_the_limits(limits, cr
         bent = 32.0 * moment * D / (np.pi * (D - d) * (D + d) * (D * D + d * d))
         sheared = 16.0 * shear * (D * D + D * d + d * d) / (3.0 * np.pi * (D - d) * (D + d) * (D * D + d * d))
         stress = np.hypot(bent, 2.0 * sheared) if criterion == "tresca_paper" else np.maximum(bent, 2.0 * sheared)
-        assert stress.max() <= STEEL.allowable_stress * (1.0 + accuracy)
+        assert stress.max() <= STEEL.allowable_stress * (1.0 + tolerance)
         mean = sum(np.trapezoid(D * D - values * values, places) for places, values in pieces)
-        assert mean * STEEL.density * np.pi / 4.0 == pytest.approx(found.check.mass, rel=max(accuracy, 4e-4))
+        assert mean * STEEL.density * np.pi / 4.0 == pytest.approx(found.check.mass, rel=max(10.0 * tolerance, 4e-4))

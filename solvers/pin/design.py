@@ -175,6 +175,8 @@ def _on_refined_stations(
                 result_errors = evaluation.deflection_error
                 result_error, error_estimate = float(result_errors.sum()), volume * result_errors
                 result = (program, best, evaluation, max(mass_error, result_error))
+                if volume == 0.0:
+                    break
                 if result_error <= 0.5 * accuracy:
                     delivered = contour_excess(evaluation, accuracy)
                     if delivered.max() <= 1.0:

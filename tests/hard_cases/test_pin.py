@@ -190,7 +190,7 @@ def test_no_ovalization_limit_is_met_by_the_factors_zero(case, ratio):
     limit = ovalization.ring(scene.force, g.outer_diameter, g.length, ratio, m.elastic_modulus, m.poisson).ovalization
     outcome = designed(case, 1e-4, max_ovalization=limit)
     widest = outcome.value.check.along.bore.max() / g.outer_diameter
-    assert widest <= ratio * (1 + 1e-9)
+    assert widest <= ratio * (1 + 1e-7)
     assert outcome.value.check.ring.ovalization_max <= limit * (1 + 1e-9)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from weakref import WeakMethod
 
 from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
@@ -81,9 +82,11 @@ class _Design:
 
     def __post_init__(self) -> None:
         self.selected = EffectsAtStrips(self.problem, self.selection, self.effect_tolerance)
+        # No cycle, so that the strips of a search are freed as soon as it is not needed.
+        other_design = WeakMethod(self.other_design)
         self.search = StripSearch(
-            self.problem, self.selected, self.accuracy, self.criterion, self.watch, self.other_design, self.relaxes,
-            self.slack, self.known, self.suffices,
+            self.problem, self.selected, self.accuracy, self.criterion, self.watch,
+            lambda *given: other_design()(*given), self.relaxes, self.slack, self.known, self.suffices,
         )  # fmt: skip
 
     def run(self) -> Outcome[RodDesign]:
@@ -200,4 +203,6 @@ class _Design:
             return None
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents, result)
+        # The searches with all their strips are not needed any more.
+        composed = replace(result, compose_answer=lambda: outcome)
+        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents, composed)

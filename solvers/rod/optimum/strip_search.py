@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from weakref import ref
 
 from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
@@ -153,19 +154,14 @@ class StripSearch:
         try:
             optimum = self._on_full_model(context, attainable, core, starts, clearly_infeasible)
         except OtherEffects as ended:
-            if context.coarse is not None:
-                self.earlier = EarlierSearch(context.coarse.best(), tuple(context.coarse.results), chosen)
+            self._remember(context, chosen, None)
             compose = partial(self._answer_so_far, context, core.proof, beyond)
             return SearchResult(chosen, ended.strip, 0.0, compose, complete=False)
         except AnsweredByOther as other:
             return other.result
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions
-            if context.coarse is not None and not self.out_of_time:
-                self.earlier = EarlierSearch(
-                    optimum.local, tuple(context.coarse.results), chosen, True, optimum.remaining_gain,
-                    optimum.ratio_range,
-                )  # fmt: skip
+            self._remember(context, chosen, optimum)
             compose = partial(self._answer, context, core.proof, beyond, optimum)
             return SearchResult(chosen, best, 0.0, compose)
         if self.out_of_time and optimum is None:
@@ -198,12 +194,15 @@ class StripSearch:
         task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
         context = Context(p, core.cycle, model, task, self.sizes, suffices=self.suffices)
 
+        searched = ref(context)
+
         def watch() -> None:
             try:
                 self.watch()
             except OutOfTime:
                 # Continue to the first feasible strip, up to _MAX_STRIPS evaluations.
-                if model.strip_count > _MAX_STRIPS or context.feasible_checks():
+                found = searched()
+                if found is None or found.model.strip_count > _MAX_STRIPS or found.feasible_checks():
                     raise
 
         model.watch = watch
@@ -297,6 +296,16 @@ class StripSearch:
 
     def _optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
+
+    def _remember(self, context: Context, chosen: frozenset[str], optimum: Optimum | None) -> None:
+        """Keep what a search between resonances has found, without its models of rows, which hold its strips; without
+        an optimum other gaps were not searched."""
+        if context.coarse is None or self.out_of_time:
+            return
+        first = context.coarse.best() if optimum is None else optimum.local
+        best, *ends = (replace(end, at=replace(end.at, memory=None)) for end in (first, *context.coarse.results))
+        searched = () if optimum is None else (True, optimum.remaining_gain, optimum.ratio_range)
+        self.earlier = EarlierSearch(best, tuple(ends), chosen, *searched)
 
     def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:
         """The last search between resonances, if its effects hardly differ from those ``chosen``."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import gc
+
 import pytest
 
 from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
+from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.strip_search import StripSearch
 
@@ -35,3 +38,20 @@ def test_gaps_between_resonances_are_searched_once_for_an_effect_more_or_less(se
     afresh = rod.design(asked)
     assert found.accuracy.met
     assert reached(found) == pytest.approx(reached(afresh), rel=found.accuracy.estimated + afresh.accuracy.estimated)
+
+
+def strips():
+    """The strips with vibrations that are in memory."""
+    return [id(each) for each in gc.get_objects() if isinstance(each, FullStrip)]
+
+
+def test_the_strips_of_searches_are_freed_with_them():
+    """Kept by cycles, those of a design and the designs within it took a gigabyte until they were collected."""
+    gc.collect()
+    gc.disable()
+    try:
+        known = set(strips())
+        assert rod.design(realistic(1041)).status is Status.INFEASIBLE
+        assert set(strips()) <= known
+    finally:
+        gc.enable()

@@ -138,11 +138,12 @@ class _Design:
         return self.search.with_effects(chosen, core.starting_at(strip) if beyond_core(chosen) else core)
 
     def without_surplus_effects(self, result: SearchResult) -> SearchResult:
-        """The result with the effects selected at its strip only, without those selected on the way to it, if it is
-        not worse for that and its strip selects the same: an answer should not depend on the way to it. Otherwise that
-        of a search to the end with all of them."""
+        """The result with the effects selected at its strip only, without those selected on the way to it, if that is
+        as good and its strip selects the same: an answer should not depend on the way to it. Otherwise the result with
+        all of them, for which an incomplete search is repeated to its end."""
         selected, other = self.selected.at(result.strip), result
-        if not (selected >= result.chosen or self.search.out_of_time or result.excess > self.effect_tolerance):
+        has_surplus = not selected >= result.chosen and result.excess <= self.effect_tolerance
+        if has_surplus and not self.search.out_of_time:
             other = self.result_near(selected, result.strip)
             is_as_good = other.feasible or (self.search.is_nearly_met(other.excess) and not result.feasible)
             if is_as_good and not self.search.out_of_time and self.selected.at(other.strip) == selected:
@@ -172,11 +173,9 @@ class _Design:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)
 
-    def other_design(
-        self, effects: EffectSelection, problem: RodProblem, suffices: Suffices = never
-    ) -> AttainableBest | None:
+    def other_design(self, effects: EffectSelection, problem: RodProblem, suffices: Suffices) -> AttainableBest | None:
         """The design of another problem in the same scene, which selects its own effects whichever it begins with; None
-        if infeasible or if no time is left. Raises ``Sufficient`` at the first result whose check suffices."""
+        if infeasible or if no time is left. Raises ``Sufficient`` at the first strip whose check suffices."""
         if not in_time(self.watch):
             return None
         key = problem.objective.name, problem.requirements

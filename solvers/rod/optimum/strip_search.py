@@ -90,13 +90,13 @@ class StripSearch:
 
     selected       the effects selected at strips, with the bounds of their influence
     other_design   design of another problem in the same scene, beginning with given effects; None if infeasible or
-                   out of time; ends with ``Sufficient`` at a check that suffices
+                   out of time; raises ``Sufficient`` at the first strip whose check suffices
     relaxes        whether requirements that leave no room will be relaxed within the accuracy
     slack          by how much the problem's requirements have been relaxed
     known          strips with the greatest value of the objective under other requirements: further starts
-    suffices       whether a check need not be improved upon
+    suffices       whether a feasible strip with this check ends the search (by ``Sufficient``)
     out_of_time    whether the time has ended a search
-    earlier        the last search between resonances
+    earlier        what the last search with resonances found
     """
 
     problem: RodProblem
@@ -131,7 +131,8 @@ class StripSearch:
         return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, p.bounds.stiffest)))
 
     def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
-        """The result with given effects; a ``tentative`` search ends at the first optimum if that calls for others."""
+        """The result with given effects; with resonances a ``tentative`` search ends, incomplete, at its first optimum
+        if that calls for other effects."""
         context = self._context(chosen, core)
 
         def confirm_effects(local: LocalResult) -> None:
@@ -237,7 +238,8 @@ class StripSearch:
     ) -> Optimum | None:  # fmt: skip
         """The best strip on the full model found within the time.
 
-        A strip that rings and meets relaxed requirements comes from a search over all gaps between resonances.
+        Under relaxed requirements a ringing strip is searched for next to the given one alone, since that comes from a
+        search over all gaps between resonances.
         """
         rings, excess = context.model.has_resonances, core.excess
         try:
@@ -269,11 +271,12 @@ class StripSearch:
     def _promising_strips(
         self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
     ) -> Iterator[tuple[Dimensions, bool]]:
-        """Strips from which to search, and whether there may be others far from them: the least violating one, if it is
-        feasible, and the optimum of a requirement that it violates, if that meets this requirement, too, to within its
-        error. If it hardly does, no strip in another gap between resonances does.
+        """Strips from which to search, and whether there may be feasible ones far from them.
 
-        The violation may have a local minimum between any two resonances; a design searches all of them.
+        These are the least violating strip, if it is feasible, and two from the design for a requirement that it
+        violates: the first strip that clearly meets the requirement and, without one, the best, if that meets it to
+        within its error. If the best one hardly meets it, no strip in another gap between resonances does. The
+        violation may have a local minimum between any two resonances; a design searches all of them.
         """
         closest = nearest.at.outcome.value
         if nearest.feasible:
@@ -308,7 +311,7 @@ class StripSearch:
         self.earlier = EarlierSearch(best, tuple(ends), chosen, *searched)
 
     def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:
-        """The last search between resonances, if its effects hardly differ from those ``chosen``."""
+        """What the last search with resonances found, if the effects by which it differs have little influence."""
         earlier = self.earlier
         if earlier is None:
             return None

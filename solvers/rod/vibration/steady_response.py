@@ -69,7 +69,8 @@ class SteadyVibration:
     """The dynamic part d of the deflection in one cycle.
 
     ``error`` estimates the numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
-    remains in a mean over the revolution, where ringing may be ``coherent``: as if all corners excited it in phase.
+    remains in a mean over the revolution. In such a mean, contributions of ringing that all corners excite are assumed
+    to add up if it is ``coherent``, otherwise only its square counts.
     """
 
     motion: Motion

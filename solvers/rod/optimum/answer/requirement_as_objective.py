@@ -21,7 +21,7 @@ _LOOSEST = {
 }  # fmt: skip
 """Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
 _MAX_ERROR = 1e-2
-"""Error of a best value up to which a search for the requirement follows that it does not meet."""
+"""Greatest error of a best value within which a requirement that it misses may still be met."""
 
 
 class AttainableBest(NamedTuple):
@@ -39,8 +39,8 @@ class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
     accuracy   accuracy of the designs
-    design_of  design of another problem on the full model, to a check that suffices; None if infeasible, or after the
-               time
+    design_of  design of another problem on the full model; None if infeasible, or if the time is over; raises
+               ``Sufficient`` at the first strip whose check suffices
     in_time    whether there is still time
     found      results so far, by requirement and all requirements left out, itself included
     """
@@ -66,8 +66,9 @@ class RequirementsAsObjectives:
         return self.found[c, left_out]
 
     def first_meeting(self, c: Constraint, room: float) -> Dimensions | None:
-        """The first strip on the way to the best one that meets a requirement beside all others by more than the error
-        of its check and ``room``, relative; None if there is none, or if the best one is already known."""
+        """The first strip found on the way to the best one that meets a requirement, beside all others, by more than
+        the error of its check and more than ``room`` (both relative); None if there is none, in which case the best one
+        is known."""
 
         def suffices(found: Outcome[RodCheck]) -> bool:
             stricter = self.problem.requirements.relaxed(-max(found.accuracy.estimated, room))
@@ -87,7 +88,7 @@ class RequirementsAsObjectives:
         return all(self.best(c, left_out) is None for c in left_out) and self.in_time()
 
     def may_be_met_by(self, best: AttainableBest) -> bool:
-        """Whether all requirements are met, as far as the error of a design tells, which includes its check's."""
+        """Whether all requirements may be met: whether the best strip misses none by more than its error."""
         error = max(POSSIBLY_FEASIBLE * self.accuracy, min(best.error, _MAX_ERROR))
         return self.problem.requirements.relaxed(error).met_by(best.check)
 

@@ -26,9 +26,9 @@ class RodDesign:
 
 @dataclass(frozen=True)
 class SearchResult:
-    """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
-    the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required. An incomplete search ended early, at a strip that does not call for all effects."""
+    """Result of a search: its effects, the strip at which effects are to be selected next, by how much that strip is
+    known to miss the requirements (0 if feasible), and a function that composes the answer, without its effects, when
+    it is required. An incomplete search ended early, at a strip that calls for other effects."""
 
     chosen: frozenset[str]
     strip: Dimensions

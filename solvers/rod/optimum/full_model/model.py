@@ -57,9 +57,9 @@ _MIN_RADIUS = 1e-7
 """Trust-region radius in ln b, ln h, ln l at which a search without resonances ends."""
 _MAX_STRIPS, _MAX_STENCILS = 64, 3
 """Numbers of strips and stencils that are stored."""
-_MAX_UNRESOLVED_GAIN, _RESOLVED, _RESOLVED_ROUGHLY = 1e-3, 0.3, 0.1
-"""Maximum gain that a check may not resolve, and its shares of a check's error: if that is within the accuracy, and of
-the assumed one of adiabatic modes, most of which strips have in common."""
+_MAX_UNRESOLVED_GAIN, _UNRESOLVED_SHARE, _ADIABATIC_SHARE = 1e-3, 0.3, 0.1
+"""Maximum unresolved gain, and the share of a check's error that it is: of an error within the accuracy, and of the
+assumed one of adiabatic modes, most of which strips have in common."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
 
@@ -138,20 +138,22 @@ class FullModel:
         return any(isinstance(part, AdiabaticRodInertia) for part in self.composition.corrections)
 
     def unresolved_gain(self, found: Outcome[RodCheck]) -> float:
-        """The gain in ln objective of a step that a check cannot tell from its error, if corners of the load excite
-        vibration; otherwise 0, and in adiabatic modes, whose error hardly changes over a step."""
+        """The gain in ln objective of a step that cannot be told from the error of the check ``found``; 0 if no corners
+        of the load excite vibration, and in adiabatic modes, whose error hardly changes over a step."""
         if not self.is_excited_by_corners or self.is_adiabatic:
             return 0.0
         error = found.accuracy.estimated
-        return _RESOLVED * error if error <= self.accuracy else error
+        return _UNRESOLVED_SHARE * error if error <= self.accuracy else error
 
     def unresolved_gain_elsewhere(self, found: Outcome[RodCheck]) -> float:
-        """The same of a strip in another gap between resonances."""
-        rough = min(_RESOLVED_ROUGHLY * found.accuracy.estimated, _MAX_UNRESOLVED_GAIN)
+        """The same for the gain from a strip to one in another gap between resonances, where the error of adiabatic
+        modes differs, too."""
+        rough = min(_ADIABATIC_SHARE * found.accuracy.estimated, _MAX_UNRESOLVED_GAIN)
         return rough if self.is_adiabatic else self.unresolved_gain(found)
 
     def unresolved_gain_at(self, d: Dimensions) -> float:
-        """The same for the check of a strip, at most 1e-3, since another strip may be known better; 0 if it buckles."""
+        """The unresolved gain of a step from a strip, which is checked for it; 0 if it buckles. At most 1e-3, since
+        checks of other strips may have smaller errors."""
         if not self.is_excited_by_corners or not is_stable(Cycle(self.scene, d, self.composition)):
             return 0.0
         return min(self.unresolved_gain(self.check(d)), _MAX_UNRESOLVED_GAIN)

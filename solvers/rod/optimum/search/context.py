@@ -42,17 +42,18 @@ class OtherEffects(Exception):
 
 
 class Sufficient(Exception):
-    """A strip was found that suffices."""
+    """A strip was found whose check suffices, so that the best one is not searched for."""
 
     def __init__(self, strip: Dimensions) -> None:
         self.strip = strip
 
 
 Suffices = Callable[[Outcome[RodCheck]], bool]
+"""Whether a feasible strip with this check ends the search."""
 
 
 def never(found: Outcome[RodCheck]) -> bool:
-    """No strip suffices but the best one."""
+    """No check suffices: the best strip is searched for."""
     return False
 
 
@@ -65,8 +66,8 @@ class Context:
     """A problem with its core, its full model, and the searches so far.
 
     ``confirm_effects`` is called with the first optimum, before other gaps between resonances are searched, and may
-    raise ``OtherEffects``: most of the time is spent there, and without vibration there are no gaps. The first result
-    whose check ``suffices`` ends the search by ``Sufficient``.
+    raise ``OtherEffects``: most of the time is spent on these gaps. The first feasible result whose check ``suffices``
+    ends the search by ``Sufficient``.
     """
 
     problem: RodProblem
@@ -115,8 +116,8 @@ class Context:
         return local
 
     def search_again(self) -> bool:
-        """Search from what the earlier search has found, each strip within its slice of discrete sizes; returns whether
-        a feasible strip is found."""
+        """Search from the strips that the earlier search has found, each within its slice of discrete sizes; returns
+        whether there is a feasible result."""
         for start in self.earlier.starts():
             best, strip = self.best(), start.at.dimensions
             incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
@@ -140,7 +141,8 @@ class Context:
         return self.coarse
 
     def min_gain(self, result: LocalResult) -> float:
-        """The gain in ln objective for which another search is not worth it, or which a check does not resolve."""
+        """The gain in ln objective over a result below which another search is not worth it, or which its check does
+        not resolve."""
         return max(self.task.min_gain, self.model.unresolved_gain_elsewhere(result.at.outcome))
 
     def finer(self, strip: Dimensions) -> Context:

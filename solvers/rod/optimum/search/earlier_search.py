@@ -1,8 +1,8 @@
 """What a search with slightly different effects has found, so that gaps between resonances are not searched twice.
 
-Effects are selected at the strip that a search finds, so that another search may follow with one of them more or less.
-An effect that is hardly called for changes all strips by about the same: local optima that cost clearly more than the
-best one still do, and the gaps between resonances without a good one remain without.
+Effects are selected at the strip that a search finds, so that another search may follow with one effect more or less.
+An effect of little influence changes all strips by about the same amount: local optima that cost clearly more than the
+best one still do, and gaps between resonances without a good strip remain without one.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from dataclasses import dataclass
 from solvers.rod.optimum.search.local_search import LocalResult, is_among
 
 MAX_INFLUENCE = 0.03
-"""Greatest influence of the effects by which two searches differ for one to rely on the other."""
+"""Greatest relative influence of the effects by which two searches differ up to which one relies on the other."""
 _SHARE = 0.2
-"""Share of that influence by which the change of ln objective differs between local optima, at most."""
+"""Greatest difference between the changes of two local optima's ln objective, as a share of that influence."""
 
 
 @dataclass(frozen=True)
 class EarlierSearch:
     """What a search found.
 
-    best             its best result
-    ends             the results of its rough searches
-    effects          those it included
+    best             its best result, at full accuracy if ``complete``
+    ends             the results of its searches at low accuracy
+    effects          the effects it included
     complete         whether all gaps between resonances were searched
     remaining_gain   the gain in ln objective that may remain there
     ratio_range      minimum and maximum frequency ratio searched
-    influence        that of the effects by which the present search differs, relative
+    influence        relative influence of the effects by which the present search differs
     """
 
     best: LocalResult

@@ -133,7 +133,7 @@ def local_search(
     best, gain = current, math.inf
     for _ in range(max_iterations):
         min_gain = max(task.min_gain, model.unresolved_gain(current.outcome))
-        step, predicted = _model_step(model, task, box, current, radius, min_gain)
+        step, predicted = _model_step(task, box, current, radius, min_gain)
         if current is best:
             gain = max(predicted, 0.0) if current.feasible else math.inf
             if gain <= min_gain:
@@ -173,12 +173,14 @@ def local_search(
 def _second_order_correction(
     model: FullModel, task: Task, bounds: Bounds, trial: Iterate, radius: float, min_gain: float
 ) -> Iterate:
-    """The strip to which the model at a slightly infeasible one leads, if that has the better merit.
+    """Second-order correction of a step: the strip to which the model at a slightly infeasible ``trial`` leads, if its
+    merit is better, otherwise the trial.
 
-    A model without all curvatures misses limits by the square of its step, which the merit counts for more than the
-    gain, so that steps would have to become small.
+    A model without all curvatures misses limits by the square of its step. The merit function counts that for more
+    than the gain, so that only small steps would be accepted (the Maratos effect; Nocedal and Wright, Numerical
+    Optimization, 2006, 15.5 and 15.6).
     """
-    step, _ = _model_step(model, task, bounds.logarithms, trial, radius, min_gain)
+    step, _ = _model_step(task, bounds.logarithms, trial, radius, min_gain)
     other = evaluate_iterate(model, task, dimensions_within(bounds, step), trial.memory.active)
     return trial if other is None or _merit(other) > _merit(trial) else other
 
@@ -252,9 +254,7 @@ def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array
     return None
 
 
-def _model_step(
-    model: FullModel, task: Task, box: Array, current: Iterate, radius: float, min_gain: float
-) -> tuple[Array, float]:
+def _model_step(task: Task, box: Array, current: Iterate, radius: float, min_gain: float) -> tuple[Array, float]:
     """The model's optimum within the trust region, and the predicted reduction of the merit function."""
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
     values = current.memory.values(current.x)

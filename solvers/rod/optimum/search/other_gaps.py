@@ -69,7 +69,8 @@ def refined_best(
     """The best result after refining coarse ones at full accuracy within bounds: the best and those that are worse by
     less than their errors and possible further gains.
 
-    Under a noisy load the coarse model's error, which is assumed, is told by the first result's.
+    Under a noisy load the error of the coarse checks is only assumed; that of the first result, known from its exact
+    check, then bounds those of the others.
     """
     candidates = _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO)
     finer = context.finer(candidates[0].at.dimensions)

@@ -138,7 +138,8 @@ def search(
         lows, highs, bounds = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(bounds, _PARTS)
     if not math.isfinite(cost):
         return FamilyOptimum(family, cells=cells)
-    member = Quantities(problem, family, *[np.array([q])] * 2)
+    both_ends = np.array([q])
+    member = Quantities(problem, family, both_ends, both_ends)
     scale = member.greatest[0] if problem.objective.improves_with_scale else member.sizes[0][0]
     return FamilyOptimum(family, q, float(scale), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
 

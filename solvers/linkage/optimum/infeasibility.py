@@ -35,11 +35,13 @@ _SHORTEST_LINK = Objective(
 
 @dataclass(frozen=True)
 class _Group:
-    """Limits that are met or missed together, the objective that minimises their violation, and a remedy.
+    """Limits that are met or missed together, and the objective that minimises their violation.
 
-    ``allowed`` is the cost up to which they are met, ``advice`` for limits that are out of reach even alone.
-    ``attained`` is the value of a limit that the objective's optimum stands for, from the limit and the optimum,
-    ``best`` the mechanism closest to the limits.
+    limits      the limits by name [SI]
+    allowed     the objective's cost up to which they are met
+    advice      the remedy for limits that are out of reach even alone
+    attained    the attainable value of a limit, from the limit and the objective's optimum
+    best        the mechanism closest to the limits, once it has been searched for
     """
 
     limits: dict[str, float]
@@ -56,9 +58,9 @@ class _Group:
         return best.cost <= self.allowed * (1.0 + _ROUNDING)
 
     def violation(self, quantities: Quantities) -> Array:
-        """The objective's cost if the limits are missed, otherwise a constant more than the gap below ``allowed``.
+        """The objective's cost where the limits are missed, otherwise a constant below ``allowed`` by twice the gap.
 
-        Whether they are met is thus proven, but not by how much, which nobody asks.
+        So the search ends with the first member that meets them: by how much they are met is not needed.
         """
         cost = self.objective.cost(quantities)
         return np.where(cost <= self.allowed * (1.0 + _ROUNDING), self.allowed * (1.0 - 2.0 * _GAP), cost)
@@ -78,7 +80,7 @@ class _Group:
 
 
 def _groups(problem: LinkageProblem, asked: Limits) -> list[_Group]:
-    """The limits that are ``asked``."""
+    """Groups of the limits that are ``asked``."""
     shorter, smaller = _smaller(problem)
     # Least links and pin forces are out of reach alone only if speed and frequency fix the size.
     longer = "a lower blow frequency or a higher impact speed would raise it"

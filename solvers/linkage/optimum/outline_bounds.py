@@ -7,9 +7,10 @@ Between the ends of a range the extents of an outline's parts lie above their in
     away = 2 g^2 s n/w^2,  rise = 2 g s sqrt((g^2 - 1) m)/w^2
 
 A function f of y lies below its chord by at most (sqrt(f1) - sqrt(f2))^2 if f ~ 1/x with x linear in y, and by
-max|f''| (y1 - y2)^2/8 in general. The arc's extent is n_0 cos(beta) + l3 (1 - sigma cos(beta)); where it ends earlier
-than in the middle, by a swing smaller by d, its end reaches as far up to l3 (1 - cos(d)). If sizes are those of a given
-crank, not of a given V, all this holds for another weight between the ends, as the crank per V is l1.
+max|f''| (y1 - y2)^2/8 in general. The arc's extent is n_0 cos(beta) + l3 (1 - sigma cos(beta)). Where its swing is
+smaller than in the middle of the range by d, so that the arc ends before the direction in question, the extent of its
+end is less than that of the arc by at most l3 (1 - cos(d)). If sizes are those of a given crank instead of a given V,
+the same holds for another weight between the ends, as the crank per V is l1.
 
 With directions n_i and weights w_i >= 0, the sum of which is 1, a circle of radius R about c around an outline with
 support function h (see ``outline``) satisfies
@@ -37,8 +38,8 @@ from solvers.numerics.jit import kernel
 def interpolation_deductions(
     rows: Array, high_rows: Array, lengths: Array, high_lengths: Array, swings: Array, gain: float
 ) -> Array:
-    """Deductions per V, (n, 5), as in ``minimum_boxes``, from coefficients (``kinematics``) and lengths per V at both
-    ends, (n, 7) and (n, 4), and the ``swings`` d [rad]."""
+    """Deductions per V as in ``minimum_boxes``, shape (n, 5), from the coefficients (``kinematics``), (n, 7), and the
+    lengths per V, (n, 4), at both ends of each range, and from d [rad], ``swings``, (n,)."""
     out, square = np.empty((swings.size, 5)), gain * gain
     for i in range(swings.size):
         a, b = rows[i], high_rows[i]

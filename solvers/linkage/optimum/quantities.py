@@ -40,10 +40,11 @@ it need not be sharp; a misfit decides feasibility."""
 class Quantities:
     """Bounds over the ranges [low, high] of q, shape (n,), or quantities of members if both are the same array.
 
-    ``sizes`` is the least feasible V apart from limits on the size, inf: none, ``greatest`` the greatest one within
-    these, ``u31_end`` are the least and the greatest |u31(2 pi)|. ``crank`` per V and ``greatest`` are upper bounds,
-    the others are lower ones: the longest link, the enclosing radius and boxes at given sizes; torque per energy and
-    force times V per energy. Areas above ``cutoff`` need not be sharp.
+    ``sizes`` are the least V [m] at both ends of each range that limits other than those on the size allow (inf:
+    none), ``greatest`` is the greatest V within the limits on the size, ``u31_end`` are the least and the greatest
+    |u31(2 pi)|. ``crank``, per V, and ``greatest`` are upper bounds. The others are lower bounds: the longest link, the
+    enclosing radius and boxes at given sizes [m, m2]; torque per energy, and force times V per energy. Bounds of areas
+    above ``cutoff`` need not be sharp.
     """
 
     problem: LinkageProblem
@@ -103,7 +104,7 @@ class Quantities:
         found = np.minimum(low, high).max(axis=1) * np.minimum(*sizes)
         if sizes[0] is sizes[1]:
             return found
-        # Sharper in narrow ranges.
+        # From both ends, which is sharper in narrow ranges.
         low, high = (
             (links - self._deductions[:, [0, 1, 0, 1]]).T * size for links, size in ((low, sizes[0]), (high, sizes[1]))
         )
@@ -115,10 +116,11 @@ class Quantities:
             return enclosing_radii(middle) * sizes[0]
         return radius_lower_bounds(middle, low, high, self._deductions, *sizes) * (1.0 - 1e-12)
 
-    def _boxes(self, sizes: Sizes, loose: float, cutoff: float, *search: float) -> Array:
-        """Minima of ``OrientationSearch`` at these sizes, for ranges to a ``loose`` tolerance."""
+    def _boxes(self, sizes: Sizes, loose: float, cutoff: float, *sought: float) -> Array:
+        """Minima over orientations at these sizes, for ranges to the tolerance ``loose``; ``sought`` are the fields of
+        ``OrientationSearch`` from ``width`` to ``pads``."""
         tolerance = 0.0 if self._single else loose
-        search = OrientationSearch(*search, max(tolerance, BOX_TOLERANCE), cutoff)
+        search = OrientationSearch(*sought, max(tolerance, BOX_TOLERANCE), cutoff)
         low, high, middle = self._outlines
         found = minimum_boxes(middle, low, high, self._deductions, *sizes, search)[:, 0]
         return np.where(found < cutoff, found * (1.0 - tolerance), found)
@@ -194,7 +196,8 @@ class Quantities:
 
     @property
     def fits(self) -> Array:
-        """Whether a member of the least size, or a larger one, keeps the limits."""
+        """Whether a member of the least size, or of a larger one if the objective improves with it, may meet all
+        limits."""
         found = np.isfinite(self.sizes[0])
         if self.problem.objective.improves_with_scale and self.problem.fixed_scale is None:
             found = found & (np.minimum(*self.sizes) <= self.greatest * (1.0 + EXCESS))

@@ -188,9 +188,9 @@ def minimum_boxes(
     added to that.
 
     ``within``, ``low`` and ``high`` are outlines of the range and of its ends, (n, 8) each, these to be multiplied by
-    their sizes. Between the ends the extent of no part falls below the linear interpolation by more than
-    ``deductions`` per size, (n, 5): of crank and rocker, for arcs that end earlier, and of the arc's other end along
-    and across the base. In between are lower bounds, over a range of one outline without deductions its own values.
+    their sizes. Between the ends no extent of a part falls below the linear interpolation by more than ``deductions``
+    per size, (n, 5): those of the crank, of the rocker, of arcs that end earlier, and of the arc's other end along and
+    across the base. Results are lower bounds over each range; for a range of one outline, without deductions, its own.
     """
     out, outlines, less = np.full((within.shape[0], 3), np.inf), np.empty((3, 8)), np.empty((2, 5))
     for i in range(within.shape[0]):

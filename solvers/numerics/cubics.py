@@ -35,7 +35,7 @@ class Cubic:
 
 @kernel
 def _fits(x: Array, d: Array, slopes: Array, tolerance: Array, steepest: float, i: int, j: int) -> bool:
-    """Whether the cubic from node i to j is within the tolerance at the nodes between, and not too steep."""
+    """Return whether the cubic from node i to j is within the tolerance at the nodes between, and not too steep."""
     width, rise, fall = x[j] - x[i], slopes[i], slopes[j]
     for k in range(i + 1, j):
         t = (x[k] - x[i]) / width
@@ -43,7 +43,7 @@ def _fits(x: Array, d: Array, slopes: Array, tolerance: Array, steepest: float, 
         value = d[i] * s * s * (1.0 + 2.0 * t) + d[j] * t * t * (1.0 + 2.0 * s) + width * t * s * (rise * s - fall * t)
         if not abs(value - d[k]) <= tolerance[k]:
             return False
-    # The slope is quadratic.
+    # The slope is quadratic: its extreme is at an end or, inside, at the vertex.
     chord, bend = (d[j] - d[i]) / width, rise + fall - 2.0 * (d[j] - d[i]) / width
     most = max(abs(rise), abs(fall))
     if bend != 0.0:
@@ -62,8 +62,9 @@ def longest_cubics(
     """Return the longest cubics, rows of the fields of ``Cubic``, through values d with these slopes at positions x, in
     panels of ``nodes`` each.
 
-    They are within the ``tolerance`` (n,) at the nodes they span, and not steeper than ``steepest``. They span panels,
-    otherwise nodes of a ``smooth`` (panels,) one; otherwise they are straight from node to node.
+    They are within the ``tolerance`` (n,) at the nodes that they span, and not steeper than ``steepest``. A cubic spans
+    whole panels; where it does not even fit to one, nodes of a ``smooth`` (panels,) panel; failing that, it is the
+    straight line from one node to the next.
     """
     out, count, i = np.empty((x.size, 6)), 0, 0
     while i < x.size:

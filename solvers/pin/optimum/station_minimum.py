@@ -25,7 +25,6 @@ from solvers.pin.section.flexibility import (
     chord_decrease,
     curvatures,
     envelope_line_start,
-    flexibilities,
     slopes,
 )
 
@@ -118,18 +117,3 @@ def minimiser(
     if low >= 1.0 or weight / lam < solid_below:
         return 1.0
     return stationary(weight / lam, low, top, bend, shear, start, law, STEP_TOLERANCE)
-
-
-@kernel
-def minimiser_below(
-    lam: float, weight: float, bend: float, shear: float, low: float, most: float, start: float, law: Flexibility
-) -> float:
-    """As ``minimiser`` over low <= u <= most."""
-    u = minimiser(lam, weight, bend, shear, low, start, law)
-    if u <= most or law.kappa >= 0.0 or weight <= 0.0:
-        return min(u, most)
-    # The minimum over [low, 1] lies above ``most``: over [low, most] it is a stationary point of the convex part, or
-    # ``most`` itself.
-    u = stationary(weight / lam, low, most, bend, shear, 0.0, law, STEP_TOLERANCE)
-    (f, g), (f_most, g_most) = flexibilities(u, law), flexibilities(most, law)
-    return u if weight * (u - most) + lam * (bend * (f - f_most) + shear * (g - g_most)) < 0.0 else most

@@ -55,8 +55,10 @@ class Contour:
         return Cubic(*self.rows[np.minimum(np.searchsorted(self.rows[:, 1], side, side="left"), last)].T).at(x)
 
     def points(self, step: float, given: float, tolerance: float) -> tuple[Array, Array]:
-        """Return positions at most ``step`` apart, and with each its cubic's middle, whose chords leave walls to the
-        ``given`` diameter that are thinner than the curve's by ``tolerance`` of them at most."""
+        """Return points of a polygon for the curve: their positions, at most ``step`` apart, and with each the middle
+        of its cubic, which tells the two sides of a step apart. Nowhere is the polygon's wall, to the ``given``
+        diameter, thinner than the curve's by more than the share ``tolerance``, unless a cubic would need more than 200
+        chords."""
         start, end, first, last, rise, fall = self.rows.T
         width, chord = end - start, (last - first) / (end - start)
         # The second derivative, linear, at both ends.

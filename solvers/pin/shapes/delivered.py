@@ -14,8 +14,8 @@ from solvers.verdict import MAX_SLACK
 _FINEST = 1e-9
 """Least relative excess tolerated."""
 _SHARE, _NARROW = 0.2, 1e-8
-"""Share of the tolerance for walls at the stations; width of panels, relative to the length, below which they are not
-refined."""
+"""Share of the tolerance that walls of the contour may differ by at the stations; width of panels, relative to the
+length, below which they are not refined."""
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 _SAMPLES = (NODE_PLACES[:-1, None] + 0.5 * np.diff(NODE_PLACES)[:, None] * (1.0 + _GAUSS)).ravel()
 _SAMPLE_WEIGHTS = (0.5 * np.diff(NODE_PLACES)[:, None] * _GAUSS_WEIGHTS).ravel()
@@ -37,9 +37,12 @@ def contour_of(found: Evaluation, accuracy: float) -> Contour:
 
 
 def contour_excess(found: Evaluation, accuracy: float) -> Array:
-    """Return per panel, over what is tolerable, by how much the contour exceeds a limit between the stations: the
-    relative excess of its utilisation over the greatest at stations and of the least wall over its own, and the
-    relative differences of mass and deflection, times the number of panels."""
+    """Return per panel by how much the contour violates a limit between the stations, over the tolerance, (panels,).
+
+    The greatest of: its utilisation over the greatest one at stations, less 1; the least wall over its own, less 1;
+    and, if these add up to more than the tolerance, its differences from the stations' mass and deflection, relative to
+    the total and times the number of panels.
+    """
     program, shape, tolerance = found.program, contour_of(found, accuracy), tolerance_of(accuracy)
     stations, variable, scene = program.stations, program.variable, program.scene
     side = np.repeat(0.5 * (stations.left + stations.right), _SAMPLES.size)

@@ -17,8 +17,8 @@ most a quarter of the product of their cells' widths, and of a step that begins 
 B, and of -phi and S. Walls above the curve, but below its chord, are raised by the sag before. These losses are
 deducted.
 
-Walls and break points both increase along a path, so both minima of dynamic programming are running ones: an iteration
-costs as much as there are ends of a step and walls before or after it.
+Walls and break points both increase along a path, so both minima of dynamic programming are running ones: the cost of
+an iteration is proportional to the number of pairs of a break point and a wall before or after it.
 
 The bound is concave in lambda, with the derivative (cheapest steps' deflection - limit)/limit. So its values and
 slopes at two multipliers on either side of the maximum enclose the maximum between the larger value and the
@@ -154,14 +154,14 @@ def forward(lam: float, lat: Lattice, come: Array) -> float:
 
 @kernel
 def _include(spans: Indices, k: int, c: int, cell: int) -> None:
-    """Extend the first and past the last of a range of ``spans`` by a cell."""
+    """Extend a range of ``spans``, given by its first cell and the one past its last, to include a cell."""
     spans[k, c, 0] = min(spans[k, c, 0], cell) if spans[k, c, 1] else cell
     spans[k, c, 1] = max(spans[k, c, 1], cell + 1)
 
 
 @kernel
 def prune(lam: float, lat: Lattice, come: Array, worst: float, thin: Indices, thick: Indices) -> None:
-    """Narrow ``thin`` and ``thick``, as in ``Part``, to cells that some steps pass that cost at most ``worst``."""
+    """Write into ``thin`` and ``thick``, as in ``Part``, the cells that some steps of cost at most ``worst`` pass."""
     breaks, nj = lat.thin.shape[0], lat.u.size
     run, befores, go = np.empty(nj), np.empty(nj), np.empty(lat.row_last + nj)
     thin[:, :, :], thick[:, :, :] = 0, 0

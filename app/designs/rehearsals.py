@@ -73,7 +73,7 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
 
 
 FIRST_RUN = ("flexible-rod", "first run")
-"""The example of a rod's design, which `serve --demo` asks for: it calls three fifths of the rod's kernels."""
+"""The example of a rod's design, which `serve --demo` asks for: three fifths of what is compiled for rods."""
 
 PARTS: tuple[tuple[str, str], ...] = (
     FIRST_RUN,
@@ -108,7 +108,7 @@ def mode_of(name: str) -> Mode:
 
 
 def rehearsals_of(slug: str, mode: str) -> Iterator[tuple[Job, Any]]:
-    """The example of one kind and mode, and its variants; of the first run those that its worker solves."""
+    """The example of one kind and mode, and its variants; of the first run at its own accuracy and at a low one."""
     kind, chosen = KINDS[slug], mode_of(mode)
     job = kind.jobs[chosen]
     variants = ({"accuracy": _LOOSE},) if (slug, mode) == FIRST_RUN else _VARIANTS.get((slug, chosen), ())

@@ -184,7 +184,7 @@ def analyse(
     extremes = float(found.torque.value[-2]), -float(found.torque.value[-1])
     speed_fluctuation = speed_fluctuation_of(cycle, found.gas_work, found.gas_work_error, found.fluctuation, *extremes)
     loads, g = found.loads, cycle.motion.geometry
-    # Where the rod is hardly longer than the crank, the lengths' own rounding turns it further.
+    # Where the rod is hardly longer than the crank, rounding of the lengths changes its angle by far more.
     rounding = max(_ROUNDING, np.finfo(float).eps * g.length / (g.length - g.r - abs(g.offset)))
     maxima = zip(LOADS, loads.place.tolist(), loads.value.tolist(), loads.pressure.tolist(), strict=False)
     worst = tuple(Worst(name, place % scene.cylinder.period, force, p) for name, place, force, p in maxima)

@@ -65,9 +65,8 @@ class Situation:
 
 @kernel
 def _sampled_results(machine: Machine, gas: Unrolled, phases: Array, count: int, peaks: Array) -> Array:
-    """Return the main results at ``count`` angles (4, results): without inertia and couple, with the couple, with the
-    inertia, with both. The forces also at the ``peaks`` and in the middle between two, for rods hardly longer than the
-    crank.
+    """Return the main results from ``count`` equally spaced angles, (4, results): without inertia and couple, with the
+    couple, with the inertia, with both. Forces are also taken at the ``peaks`` [rad] and in the middle between two.
 
     Of one cylinder the rod's maximum compression and tension, side force, loads of wrist pin, crank pin and bearing
     [N], and the mean torque [N m]; of those with these ``phases`` [rad] together the work between the extremes of the

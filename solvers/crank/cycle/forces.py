@@ -118,7 +118,8 @@ def forces_at(at: AngleFunctions, pressure: float, machine: Machine) -> Instant:
 
 @inlined_kernel
 def kinetic_energy(at: AngleFunctions, machine: Machine) -> float:
-    """Return m_j v^2/2 - Delta J (omega beta')^2/2 [J]: with the masses at both pins, that of the rod is too great."""
+    """Return m_j v^2/2 - Delta J (omega beta')^2/2 [J], the part of a cylinder's kinetic energy that varies: the
+    rod's two point masses have Delta J too much inertia."""
     crank_pin_speed = machine.speed * machine.geometry.r
     piston_speed = crank_pin_speed * (at.sine + at.cosine * at.tangent)
     rod_speed = crank_pin_speed / machine.geometry.length * at.cosine * at.secant

@@ -72,7 +72,8 @@ class Unrolled(NamedTuple):
         return tuple(zip(angle.tolist(), (self.pressure(angle) - before).tolist(), strict=True))
 
     def pressure(self, angle: ArrayLike, brix: bool = False) -> Array:
-        """p(phi) [Pa], same shape as the angles; periodic. ``brix`` is for diagrams: by Brix's construction."""
+        """p(phi) [Pa], same shape as the angles; periodic. With ``brix``, for diagrams without an offset only, by
+        Brix's construction."""
         phi = np.asarray(angle, dtype=float)
         return _pressures(np.ascontiguousarray(phi).ravel(), self, brix).reshape(phi.shape)
 

@@ -27,7 +27,7 @@ _MAX_SUM_ERROR = 0.02
 _NOTABLE_SUM_ERROR = 5e-6
 """Relative difference above which a warning states it; below, it would be stated as 0."""
 _ROUNDING, _LEAST_REFERENCE = 4.0 * np.finfo(float).eps, 1e-7
-"""Relative rounding of each quantity and step; smallest reference of relative errors, as a fraction of the terms."""
+"""Assumed relative rounding error of a result's terms; smallest reference of relative errors, relative to the terms."""
 USUAL = {
     "spark ignition": ((80.0, 150.0), (100.0, 200.0)),
     "diesel": ((150.0, 300.0), (250.0, 400.0)),
@@ -42,8 +42,8 @@ Textbook figures, quoted from memory and rounded; suitable only to detect mispla
 class RodMasses:
     """Reduced masses, SI units, None if the method does not determine them; ``uncertainty`` has the same keys.
 
-    ``rounding`` is the greatest relative error that rounding causes; of an inertia defect near zero relative to 1e-7 of
-    the terms that nearly cancel.
+    ``rounding`` is the greatest relative error of a result caused by rounding. That of a result near zero, whose terms
+    nearly cancel (the inertia defect), is relative to at least 1e-7 of these terms.
     """
 
     values: Mapping[str, float | None]

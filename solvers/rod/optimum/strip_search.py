@@ -161,10 +161,9 @@ class StripSearch:
         except AnsweredByOther as other:
             return other.result
         if _is_feasible(optimum):
-            best = optimum.local.at.dimensions
             self._remember(context, chosen, optimum)
             compose = partial(self._answer, context, core.proof, beyond, optimum)
-            return SearchResult(chosen, best, 0.0, compose)
+            return SearchResult(chosen, optimum.local.at.dimensions, 0.0, compose)
         if self.out_of_time and optimum is None:
             return SearchResult(chosen, core.strip, math.inf, self._answers(context).failed)
         missed = math.inf if optimum is None else optimum.local.at.excess
@@ -301,21 +300,21 @@ class StripSearch:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
 
     def _remember(self, context: Context, chosen: frozenset[str], optimum: Optimum | None) -> None:
-        """Keep what a search between resonances has found, without its models of rows, which hold its strips; without
-        an optimum other gaps were not searched."""
+        """Keep what a search with resonances has found, but for its models of rows, which hold its strips; without an
+        optimum it ended before other gaps were searched."""
         if context.coarse is None or self.out_of_time:
             return
-        first = context.coarse.best() if optimum is None else optimum.local
-        best, *ends = (replace(end, at=replace(end.at, memory=None)) for end in (first, *context.coarse.results))
-        searched = () if optimum is None else (True, optimum.remaining_gain, optimum.ratio_range)
-        self.earlier = EarlierSearch(best, tuple(ends), chosen, *searched)
+        found = optimum or Optimum(context.coarse.best())
+        best, *ends = (replace(end, at=replace(end.at, memory=None)) for end in (found.local, *context.coarse.results))
+        self.earlier = EarlierSearch(replace(found, local=best), tuple(ends), chosen, complete=optimum is not None)
 
     def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:
         """What the last search with resonances found, if the effects by which it differs have little influence."""
         earlier = self.earlier
         if earlier is None:
             return None
-        influence = self.selected.influence(earlier.best.at.dimensions, tuple(chosen ^ earlier.effects))
+        strip = earlier.optimum.local.at.dimensions
+        influence = self.selected.influence(strip, tuple(chosen ^ earlier.effects))
         return replace(earlier, influence=influence) if influence <= MAX_INFLUENCE else None
 
     def _requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:

@@ -119,9 +119,8 @@ class Context:
         """Search from the strips that the earlier search has found, each within its slice of discrete sizes; returns
         whether there is a feasible result."""
         for start in self.earlier.starts():
-            best, strip = self.best(), start.at.dimensions
-            incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
-            self.search_from(strip, self.sizes.around(strip), _REPEATED_RADIUS, incumbent=incumbent)
+            strip = start.at.dimensions
+            self.search_from(strip, self.sizes.around(strip), _REPEATED_RADIUS, incumbent=self.incumbent)
         return any(result.feasible for result in self.results)
 
     def exploratory(self, start: Dimensions) -> Context:
@@ -156,6 +155,11 @@ class Context:
         """The best result: feasible before infeasible, then by cost."""
         key = lambda local: (local.at.excess, local.at.log_cost)  # noqa: E731
         return min(self.results, key=key, default=None)
+
+    @property
+    def incumbent(self) -> float:
+        """The ln objective of the best feasible result; inf without one."""
+        return min((result.at.log_cost for result in self.results if result.feasible), default=math.inf)
 
     def feasible_checks(self) -> list[Outcome[RodCheck]]:
         """Checks of available sizes that meet every requirement: the exact ones, or without any the coarse ones."""

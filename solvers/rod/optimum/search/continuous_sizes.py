@@ -30,7 +30,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     exploratory = context.exploratory(starts[0])
     earlier = context.earlier
     if earlier is not None and earlier.complete and exploratory.search_again():
-        return _refined(context, exploratory, earlier.remaining_gain, earlier.ratio_range)
+        return _refined(context, exploratory, earlier.optimum.remaining_gain, earlier.optimum.ratio_range)
     max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
     costly = context.model.is_excited_by_corners
     for start in starts:

@@ -78,7 +78,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return Optimum(best)
     gain, ratio_range = 0.0, None
     if earlier is not None and earlier.complete:
-        gain, ratio_range = earlier.remaining_gain, earlier.ratio_range
+        gain, ratio_range = earlier.optimum.remaining_gain, earlier.optimum.ratio_range
     elif context.model.has_resonances:
         context.confirm_effects(best)
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
@@ -156,9 +156,7 @@ def _slice_key(context: Context, d: Dimensions) -> tuple[float, ...]:
 def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> LocalResult | None:
     """Result of a local search over the continuous sizes in the slice of a strip."""
     tried.add(_slice_key(context, strip))
-    best = context.best()
-    has_incumbent = context.model.has_resonances and best is not None and best.feasible
-    incumbent = best.at.log_cost if has_incumbent else math.inf
+    incumbent = context.incumbent if context.model.has_resonances else math.inf
     return context.search_from(strip, context.sizes.around(strip), incumbent=incumbent)
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from solvers.rod.optimum.search.local_search import LocalResult, is_among
+from solvers.rod.optimum.search.optimum import Optimum
 
 MAX_INFLUENCE = 0.03
 """Greatest relative influence of the effects by which two searches differ up to which one relies on the other."""
@@ -21,26 +22,23 @@ _SHARE = 0.2
 class EarlierSearch:
     """What a search found.
 
-    best             its best result, at full accuracy if ``complete``
-    ends             the results of its searches at low accuracy
-    effects          the effects it included
-    complete         whether all gaps between resonances were searched
-    remaining_gain   the gain in ln objective that may remain there
-    ratio_range      minimum and maximum frequency ratio searched
-    influence        relative influence of the effects by which the present search differs
+    optimum      its best result, at full accuracy if ``complete``
+    ends         the results of its searches at low accuracy
+    effects      the effects it included
+    complete     whether all gaps between resonances were searched: for continuous sizes others are of no use
+    influence    relative influence of the effects by which the present search differs
     """
 
-    best: LocalResult
+    optimum: Optimum
     ends: tuple[LocalResult, ...]
     effects: frozenset[str]
-    complete: bool = False
-    remaining_gain: float = 0.0
-    ratio_range: tuple[float, float] | None = None
+    complete: bool
     influence: float = 0.0
 
     def starts(self) -> list[LocalResult]:
         """The ends that may be the best now, each strip once, the best first."""
-        found, most = [self.best], self.best.at.log_cost + _SHARE * self.influence
+        best = self.optimum.local
+        found, most = [best], best.at.log_cost + _SHARE * self.influence
         for end in sorted((end for end in self.ends if end.feasible), key=lambda end: end.at.log_cost):
             if end.at.log_cost < most and not is_among(end.at.x, found):
                 found.append(end)

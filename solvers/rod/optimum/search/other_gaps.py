@@ -76,8 +76,7 @@ def refined_best(
     finer = context.finer(candidates[0].at.dimensions)
     first = candidates[0].at
     for result in candidates:
-        best, strip = finer.best(), result.at.dimensions
-        incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
+        strip, incumbent = result.at.dimensions, finer.incumbent
         if context.model.is_excited_by_corners and math.isfinite(incumbent):
             seen = abs(context.cost(context.model.check(first.dimensions)) - first.log_cost)
             error = max(_SEEN_MARGIN * seen, _ASSUMED_SHARE * first.outcome.accuracy.estimated)

@@ -82,7 +82,7 @@ class _Design:
 
     def __post_init__(self) -> None:
         self.selected = EffectsAtStrips(self.problem, self.selection, self.effect_tolerance)
-        # No cycle, so that the strips of a search are freed as soon as it is not needed.
+        # Weak: a cycle would keep the strips of a search until it is collected.
         other_design = WeakMethod(self.other_design)
         self.search = StripSearch(
             self.problem, self.selected, self.accuracy, self.criterion, self.watch,
@@ -202,6 +202,6 @@ class _Design:
             return None
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        # The searches with all their strips are not needed any more.
+        # Without what composes it, which holds the searches with all their strips.
         composed = replace(result, compose_answer=lambda: outcome)
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents, composed)

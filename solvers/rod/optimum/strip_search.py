@@ -193,16 +193,16 @@ class StripSearch:
         min_gain = max(_MIN_GAIN * self.accuracy, model.unresolved_gain_at(core.strip))
         task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
         context = Context(p, core.cycle, model, task, self.sizes, suffices=self.suffices)
-
-        searched = ref(context)
+        # Weak, as the model holds the watch: a cycle would keep all strips until it is collected.
+        reference = ref(context)
 
         def watch() -> None:
             try:
                 self.watch()
             except OutOfTime:
                 # Continue to the first feasible strip, up to _MAX_STRIPS evaluations.
-                found = searched()
-                if found is None or found.model.strip_count > _MAX_STRIPS or found.feasible_checks():
+                searched = reference()
+                if searched is None or searched.model.strip_count > _MAX_STRIPS or searched.feasible_checks():
                     raise
 
         model.watch = watch

@@ -25,7 +25,7 @@ class EarlierSearch:
     optimum      its best result, at full accuracy if ``complete``
     ends         the results of its searches at low accuracy
     effects      the effects it included
-    complete     whether all gaps between resonances were searched: for continuous sizes others are of no use
+    complete     whether all gaps between resonances were searched; if not, only searches of discrete sizes rely on it
     influence    relative influence of the effects by which the present search differs
     """
 

@@ -153,7 +153,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     from starlette.routing import Match
 
     def methods(request: Request) -> str:
-        """All methods of the path (RFC 9110, 10.2.1); the router tells those of the first route that has it."""
+        """All methods of the path (RFC 9110, 10.2.1); the router names those of its first matching route only."""
         scopes = {method: {**request.scope, "method": method} for method in ("GET", "POST", "PUT", "PATCH", "DELETE")}
         return ", ".join(m for m, scope in scopes.items() if any(r.matches(scope)[0] is Match.FULL for r in app.routes))
 

@@ -60,7 +60,7 @@ def _first_run() -> str:
 
 
 def _part_of(run: RunRecord) -> str:
-    """What the run's kernels are compiled with: its mode; the first run, which is asked for at once, by itself."""
+    """The part of the warm-up that compiles the run's kernels: that of its mode, or the first run's own part."""
     return FIRST_RUN[1] if run.spec_hash == _first_run() else run.mode
 
 

@@ -103,7 +103,7 @@ def example(slug: str, mode: str) -> tuple[Job, Any] | None:
 
 
 def mode_of(name: str) -> Mode:
-    """The mode of a part; of the first run, a design."""
+    """The mode of a part of the warm-up; the first run is a design."""
     return Mode.DESIGN if name == FIRST_RUN[1] else Mode(name)
 
 

@@ -150,7 +150,7 @@ def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
 
 
 def accuracy_met(accuracy: Mapping[str, Any]) -> bool:
-    """Whether the accuracy of a stored run was met; the earliest runs do not say."""
+    """Whether the accuracy of a stored run was met, by its figures: the earliest runs have no ``met``."""
     return bool(accuracy["estimated"] <= accuracy["requested"])
 
 

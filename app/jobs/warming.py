@@ -114,8 +114,8 @@ class KernelWarming:
         return [part for part, progress in self._parts.items() if progress.state == "failed"]
 
     def is_warm(self, kind: str, mode: str) -> bool:
-        """Whether requests of this kind and mode need no compiler; an accuracy study needs all kernels of its kind, a
-        picture or export those that its run has called.
+        """Whether requests of this kind and mode need no compiler. An accuracy study needs all kernels of its kind; a
+        picture or export only those that its run has called, so any compiled part of the kind will do.
 
         A part that could not be compiled ahead counts as warm: its requests compile on demand.
         """

@@ -175,8 +175,8 @@ class Claim:
         if not _lock(connection, self.number):
             return []
         time_now = now(connection)
-        left = expired(batch_chunks.c.leased_until, time_now)
-        found = self._select_chunks(connection, ChunkState.LEASED, self.chunks, left)
+        abandoned = expired(batch_chunks.c.leased_until, time_now)
+        found = self._select_chunks(connection, ChunkState.LEASED, self.chunks, abandoned)
         # A waiting row may be cut into several chunks.
         found += self._select_chunks(connection, ChunkState.WAITING, self.chunks - len(found))
         claimed: list[Chunk] = []

@@ -69,8 +69,8 @@ def list_batches(connection: Connection, wanted: BatchFilter, before: str | None
 
 def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
     """Owner and number of each active batch with a chunk that can be leased: waiting, or with an expired lease."""
-    left = and_(batch_chunks.c.state == ChunkState.LEASED, expired(batch_chunks.c.leased_until, now(connection)))
-    free = or_(batch_chunks.c.state == ChunkState.WAITING, left)
+    abandoned = and_(batch_chunks.c.state == ChunkState.LEASED, expired(batch_chunks.c.leased_until, now(connection)))
+    free = or_(batch_chunks.c.state == ChunkState.WAITING, abandoned)
     query = (
         select(batches.c.owner, batches.c.number)
         .where(batches.c.status.in_(ACTIVE), exists().where(batch_chunks.c.batch == batches.c.number, free))

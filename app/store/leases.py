@@ -11,6 +11,7 @@ from sqlalchemy import ColumnElement, Connection, func, or_, select
 LEASE_S = 15.0
 """Lease duration in seconds: a process silent for longer loses its leases."""
 LONGEST_LEASE_S = 600.0
+"""Longest lease duration that can be set, in seconds."""
 
 
 def now(connection: Connection) -> float:
@@ -21,7 +22,7 @@ def now(connection: Connection) -> float:
 
 
 def expired(leased_until: ColumnElement[float], time_now: float) -> ColumnElement[bool]:
-    """Whether leases have expired; those that end later than any can were given before the clock was set back."""
+    """Whether leases have expired. So have those that end later than any given now could: the clock was set back."""
     return or_(leased_until < time_now, leased_until > time_now + LONGEST_LEASE_S)
 
 

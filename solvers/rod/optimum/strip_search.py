@@ -272,10 +272,10 @@ class StripSearch:
     ) -> Iterator[tuple[Dimensions, bool]]:
         """Strips from which to search, and whether there may be feasible ones far from them.
 
-        These are the least violating strip, if it is feasible, and two from the design for a requirement that it
-        violates: the first strip that clearly meets the requirement and, without one, the best, if that meets it to
-        within its error. If the best one hardly meets it, no strip in another gap between resonances does. The
-        violation may have a local minimum between any two resonances; a design searches all of them.
+        First the least violating strip, if it is feasible. Then two from the design for a requirement that it violates:
+        the first strip that clearly meets the requirement, and the best one, if that meets it to within its error. If
+        the best one hardly meets it, no strip in another gap between resonances does. The violation may have a local
+        minimum between any two resonances; a design searches all of them.
         """
         closest = nearest.at.outcome.value
         if nearest.feasible:

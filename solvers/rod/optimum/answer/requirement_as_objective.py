@@ -67,8 +67,8 @@ class RequirementsAsObjectives:
 
     def first_meeting(self, c: Constraint, room: float) -> Dimensions | None:
         """The first strip found on the way to the best one that meets a requirement, beside all others, by more than
-        the error of its check and more than ``room`` (both relative); None if there is none, in which case the best one
-        is known."""
+        the error of its check and more than ``room`` (both relative); None if there is none, or if the best one is
+        already known."""
 
         def suffices(found: Outcome[RodCheck]) -> bool:
             stricter = self.problem.requirements.relaxed(-max(found.accuracy.estimated, room))

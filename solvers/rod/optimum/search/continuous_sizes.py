@@ -36,7 +36,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     for start in starts:
         best = exploratory.best()
         if best is not None and best.feasible and start == context.sizes.bounds.stiffest and costly:
-            # It is there to find a feasible strip; a search from there is long.
+            # It is only there to find a feasible strip, and under a noisy load a search from it is long.
             continue
         exploratory.search_from(start, context.sizes.bounds, max_iterations=max_iterations)
     local = exploratory.best()

@@ -196,8 +196,7 @@ class Quantities:
 
     @property
     def fits(self) -> Array:
-        """Whether a member of the least size, or of a larger one if the objective improves with it, may meet all
-        limits."""
+        """Whether a member of the least size, or of a larger one where that is better, may meet all limits."""
         found = np.isfinite(self.sizes[0])
         if self.problem.objective.improves_with_scale and self.problem.fixed_scale is None:
             found = found & (np.minimum(*self.sizes) <= self.greatest * (1.0 + EXCESS))

@@ -33,7 +33,6 @@ from app.names import cleaned
 from app.store.batch_inputs import RepeatedNames, Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import encoded, joined, packed, parts_json, sealed, unpacked
 from app.store.batch_records import Item
-from app.store.hashing import canonical_json
 
 _MAX_CACHED_ANSWERS = 4000
 _MAX_REFUSED_BYTES = 20_000
@@ -270,9 +269,9 @@ def _storable_spec(body: Any) -> bytes | None:
     if isinstance(body, dict) and isinstance(name := body.get("name"), str):
         body = {**body, "name": cleaned(name)}
     try:
-        text = canonical_json(body)
+        text = to_json(body, inf_nan_mode="strings")
         return text if len(text) < _MAX_REFUSED_BYTES else None
-    except (ValueError, RecursionError):  # numbers or text that JSON cannot represent
+    except (ValueError, RecursionError):  # text that JSON cannot represent
         return None
 
 

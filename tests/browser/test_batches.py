@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from playwright.sync_api import Page, expect
+import time
+
+from playwright.sync_api import Page, Route, expect
 
 from app.designs.kind import Mode
 from tests.browser.test_runs import example, solved
@@ -43,3 +45,24 @@ def test_a_batch_is_followed_further_after_a_busy_moment(address: str, page: Pag
     with page.expect_response(lambda answer: answer.url.endswith("/events") and answer.ok):
         page.goto(f"{address}/batches/{batch['id']}")
     page.get_by_role("button", name="Cancel the rest").click()
+
+
+def test_two_clicks_start_one_sweep(address: str, page: Page) -> None:
+    sent: list[str] = []
+
+    def held(route: Route) -> None:
+        sent.append(route.request.url)
+        time.sleep(0.2)
+        route.continue_()
+
+    page.goto(f"{address}/batches?kind=crank-masses&mode=analysis")
+    page.fill("#field0", "rod_mass_kg")
+    for name, text in (("from", "0.6"), ("to", "0.64"), ("steps", "2")):
+        page.fill(f"#{name}0", text)
+    page.fill("#sweep-name", "clicked twice")
+    page.route("**/batches/sweep", held)
+    button = page.get_by_role("button", name="Start the sweep")
+    button.evaluate("button => { button.click(); setTimeout(() => button.click(), 50); }")
+    expect(page.locator("h1")).to_have_text("clicked twice")
+    assert len(sent) == 1
+    page.unroute("**/batches/sweep")

@@ -7,7 +7,7 @@ import time
 import urllib.request
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Page, Route, expect
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -120,6 +120,32 @@ def test_the_mechanism_is_paused_and_scrubbed(sound, address):
     assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 390 / 4, abs=1)
     assert no_wider_than(sound, 390)
     sound.set_viewport_size({"width": 1200, "height": 900})
+
+
+@pytest.mark.parametrize(("kind", "asked_by"), [("pin-profile", "image"), ("impact-linkage", "fetch")])
+def test_pictures_appear_after_a_busy_moment(browser, address, kind, asked_by):
+    refused: list[str] = []
+
+    def busy_once(route: Route) -> None:
+        if route.request.resource_type == asked_by and not refused:
+            refused.append(route.request.url)
+            route.fulfill(status=503)
+        else:
+            route.continue_()
+
+    run = solved(address, f"checks/{kind}", example(kind, Mode.CHECK))
+    page = browser.new_page()
+    page.add_init_script("const later = setTimeout; setTimeout = (act) => later(act);")
+    page.route("**/plots/*", busy_once)
+    page.goto(f"{address}/runs/{run['id']}")
+    if kind == "impact-linkage":
+        expect(page.locator('figure[data-plot="mechanism"]')).to_have_attribute("data-ready", "true")
+    else:
+        for picture in page.locator(".gallery img").all():
+            picture.scroll_into_view_if_needed()
+            expect(picture).not_to_have_js_property("naturalWidth", 0)
+    assert refused
+    page.close()
 
 
 def test_who_wants_no_motion_gets_none(browser, address):

@@ -3,7 +3,7 @@ const figureOf = (name) => document.querySelector(`figure[data-plot="${name}"]`)
 
 async function inlined(figure) {
   const image = figure.querySelector("picture") || figure.querySelector("img");
-  const answer = await fetch(figure.querySelector("img").getAttribute("src"));
+  const answer = await patient(figure.querySelector("img").getAttribute("src"));
   if (!answer.ok) return null;
   const text = await answer.text();
   // The page's own style knows the pictures' colours; a style within would be refused.

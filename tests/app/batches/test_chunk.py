@@ -100,3 +100,12 @@ def test_a_non_finite_number_fails_only_its_item(monkeypatch: pytest.MonkeyPatch
 def test_the_json_of_an_item_is_joined_from_its_parts(spec: bytes | None, parts: dict[str, Any], cached: bool) -> None:
     found = json.loads(joined(spec, parts_json(parts), cached))
     assert found == {**({} if spec is None else {"spec": {"x": 1}}), **parts, **({"cached": True} if cached else {})}
+
+
+def test_a_refused_row_keeps_its_cells_beside_a_number_that_is_not_finite() -> None:
+    block = packed_rows([Row(2, b"a pin,1e999,9")])
+    source = Source("csv", columns=("name", "load.force_n", "bore_mm"), texts=frozenset({"name"}))
+    (item,) = solved(replace(task([]), source=source.to_json(), block=block, end=1))
+    assert item.status == "refused"
+    spec = unpacked(item.content, DICTIONARY)["spec"]
+    assert spec == {"name": "a pin", "load": {"force_n": "Infinity"}, "bore_mm": 9}

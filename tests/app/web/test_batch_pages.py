@@ -16,6 +16,7 @@ from starlette.testclient import TestClient
 from app.batches.fields import numbers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.web import batch_pages
 from app.web.batch_pages import _field_words, _value_words
 from app.words.languages import speaking
 
@@ -52,6 +53,15 @@ def test_a_sweep_is_submitted_followed_and_mapped(client: TestClient) -> None:
     listed = client.get("/runs", params={"batch_id": batch_id}).text
     assert listed.count('<th scope="row">') == 8
     assert "a &lt;b&gt; sweep" in client.get("/batches").text
+
+
+def test_the_next_page_keeps_what_is_chosen(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch_pages, "_PAGE_SIZE", 1)
+    for _ in range(2):
+        assert client.post("/batches/sweep", data=SWEEP | {"steps0": "1"}, follow_redirects=False).status_code == 303
+    text = client.get("/batches?kind=flexible-rod&mode=check").text
+    following = client.get(html.unescape(re.search(r'href="([^"]+)" rel="next"', text)[1])).text
+    assert '<option value="flexible-rod" selected>' in following and '<option value="check" selected>' in following
 
 
 @pytest.mark.parametrize(("switch", "cookie"), [("language=uk", "language=uk"), ("units=inch", "units=inch")])

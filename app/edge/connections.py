@@ -59,8 +59,10 @@ class _HeadWithBody:
     """The transport of one response: its head waits for the beginning of the body, at most for the current pass of the
     event loop, so that an ordinary response is one system call and wakes the client once."""
 
-    def __init__(self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop) -> None:
-        self._transport, self._loop = transport, loop
+    def __init__(
+        self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop, leave: Callable[[], None]
+    ) -> None:
+        self._transport, self._loop, self._leave = transport, loop, leave
         self._begun, self._head = False, b""
 
     def is_closing(self) -> bool:
@@ -79,7 +81,7 @@ class _HeadWithBody:
 
     def close(self) -> None:
         self._flush()
-        self._transport.close()
+        self._leave()
 
     def _flush(self) -> None:
         head, self._head = self._head, b""
@@ -95,7 +97,7 @@ class LimitedConnection(HttpToolsProtocol):
         self._all, self._limits = all_connections, all_connections.limits
         self._address: str | None = None
         self._head_open, self._head_read = True, 0
-        self._begun = False
+        self._begun, self._leaving = False, False
         self._rest_read, self._body_read = 0, 0
         self._timers: dict[str, asyncio.TimerHandle] = {}
 
@@ -147,11 +149,13 @@ class LimitedConnection(HttpToolsProtocol):
             super().on_header(name, value)
 
     def on_headers_complete(self) -> None:
+        if self._leaving:
+            return
         self._head_open, self._head_read, self._begun = False, 0, False
         self._rest_read, self._body_read = 0, 0
         self._stop("head")
         super().on_headers_complete()
-        self.cycle.transport = _HeadWithBody(self.transport, self.loop)  # type: ignore[assignment]
+        self.cycle.transport = _HeadWithBody(self.transport, self.loop, self._leave)  # type: ignore[assignment]
 
     def on_body(self, body: bytes) -> None:
         self._body_read += len(body)
@@ -161,6 +165,8 @@ class LimitedConnection(HttpToolsProtocol):
         self._head_open, self._rest_read = True, 0
         self.scope[ARRIVED] = self._body_read  # type: ignore[typeddict-unknown-key]
         super().on_message_complete()
+        if self._leaving:
+            self.transport.close()
 
     def on_response_complete(self) -> None:
         waiting = bool(self.pipeline)
@@ -168,6 +174,15 @@ class LimitedConnection(HttpToolsProtocol):
         if not waiting and not self.transport.is_closing():
             # The deadline for the next head starts now, whatever else arrives.
             self._time("head", self.timeout_keep_alive + self._limits.head_s, self._late)
+
+    def _leave(self) -> None:
+        """Close after a response. Where the rest of a refused body is still arriving, it is read and dropped until the
+        next head is due: a connection closed before would be reset, and the client lose the response."""
+        if self._head_open:
+            self.transport.close()
+        else:
+            self._leaving = True
+            self.transport.write_eof()
 
     def _late(self) -> None:
         if self._begun:
@@ -196,7 +211,8 @@ class LimitedConnection(HttpToolsProtocol):
             f"HTTP/1.1 {status} {title}\r\nContent-Type: {MEDIA_TYPE}\r\nContent-Length: {len(body)}\r\n{more}"
             "X-Content-Type-Options: nosniff\r\nConnection: close\r\n\r\n"
         )
-        self.transport.write(head.encode() + body)
+        if not self._leaving:
+            self.transport.write(head.encode() + body)
         self.transport.close()
 
     def _time(self, name: str, seconds: float, callback: Callable[[], None]) -> None:

@@ -19,7 +19,7 @@ ASKED = b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n"
 
 
 async def application(scope, receive, send) -> None:
-    while (await receive()).get("more_body"):
+    while (await receive()).get("more_body") and scope["path"] != "/refused":
         pass
     large = b"x" * (20_000_000 if scope["path"] == "/large" else 2)
     length = str(len(large)).encode()
@@ -118,6 +118,16 @@ def test_bodies_in_the_smallest_chunks_pass(port):
             connection.sendall(b"1\r\nx\r\n" * 1000)
         connection.sendall(b"0\r\n\r\n")
         assert connection.recv(1000).startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.parametrize("rest", [b"x" * 8_000_000, b"x" * 9_000_000 + ASKED], ids=["unfinished", "with more"])
+def test_a_refusal_is_heard_after_more_of_the_body_is_sent(port, rest):
+    with connected(port) as connection:
+        head = b"POST /refused HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\nContent-Length: 10000000\r\n\r\n"
+        connection.sendall(head + b"x" * 1_000_000)
+        time.sleep(0.1)
+        connection.sendall(rest)
+        assert rest_of(connection).count(b"HTTP/1.1 200") == 1
 
 
 def test_an_unread_response_times_out(port):

@@ -157,6 +157,8 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         scopes = {method: {**request.scope, "method": method} for method in ("GET", "POST", "PUT", "PATCH", "DELETE")}
         return ", ".join(m for m, scope in scopes.items() if any(r.matches(scope)[0] is Match.FULL for r in app.routes))
 
+    # Who is refused before the application is reached is shown the same page.
+    app.state.problem_page = page
     problems = {
         **_PROBLEMS,
         # The location begins with the parameter's kind: query, header or path.

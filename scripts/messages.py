@@ -24,6 +24,7 @@ from babel.messages.mofile import write_mo
 from babel.messages.pofile import read_po, write_po
 from pydantic import BaseModel
 
+from app.access.scopes import Scope
 from app.designs import claims
 from app.designs.crank_dynamics.chain import INSTANTS
 from app.designs.drawing import sentences_of, worded
@@ -33,6 +34,7 @@ from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
 from app.exports.registry import EXPORTS
 from app.store.batch_records import BatchStatus
+from app.store.faults import FaultKind
 from app.store.record import RunStatus
 from app.web import listing
 from app.web.forms.faults import SAYS
@@ -95,6 +97,13 @@ _ELSEWHERE = (
     "The memory bound was reached",
     "The result is not finite",
     "The service stopped",
+    "The store cannot be used",
+    *FaultKind,
+    "nothing was stored",
+    "Beyond the key's scope",
+    *(f"a key with the scope {scope} is required" for scope in Scope),
+    "The request is too large",
+    "Too many requests",
     "transmission angle least",
     "transmission angle greatest",
     *INSTANTS.values(),

@@ -29,5 +29,10 @@ def header(scope: Scope, name: bytes) -> bytes | None:
 
 
 async def refuse(scope: Scope, receive: Receive, send: Send, problem: Problem) -> None:
-    """Respond with a problem."""
-    await problem_response(problem)(scope, receive, send)  # type: ignore[arg-type]
+    """Respond with a problem, or with its page to whom wants one. Only once the host name is known to be the service's:
+    a page has links."""
+    from starlette.requests import Request
+
+    page = getattr(getattr(scope.get("app"), "state", None), "problem_page", None)
+    shown = None if page is None else page(Request(scope), problem)
+    await (shown or problem_response(problem))(scope, receive, send)  # type: ignore[arg-type]

@@ -11,8 +11,8 @@ from collections.abc import Collection
 from functools import lru_cache
 
 from app.addresses import LOOPBACK_NAMES, is_address
-from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, header, refuse
-from app.errors import Problem
+from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, header
+from app.errors import Problem, problem_response
 
 _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 _OWN_SITES = (b"same-origin", b"none")
@@ -33,7 +33,7 @@ class HostAndOriginCheck:
         if scope["type"] == "http":
             problem = self._foreign_host(scope) or self._foreign_origin(scope)
         if problem is not None:
-            await refuse(scope, receive, send, problem)
+            await problem_response(problem)(scope, receive, send)  # type: ignore[arg-type]
         else:
             await self._app(scope, receive, send)
 

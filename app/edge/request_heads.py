@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import chain
 
 from app.designs.problems import INVALID
-from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, refuse
-from app.errors import Problem
+from app.edge.asgi import CLOSE, Application, Receive, Scope, Send
+from app.errors import Problem, problem_response
 
 
 class HeadLimiter:
@@ -21,7 +21,7 @@ class HeadLimiter:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         problem = self._problem(scope) if scope["type"] == "http" else None
         if problem is not None:
-            await refuse(scope, receive, send, problem)
+            await problem_response(problem)(scope, receive, send)  # type: ignore[arg-type]
         else:
             await self._app(scope, receive, send)
 

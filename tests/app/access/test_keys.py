@@ -246,6 +246,19 @@ def test_a_page_redirects_to_the_login_and_back(service):
         client.cookies.clear()
 
 
+def test_who_may_not_send_a_form_is_told_so_by_a_page(service):
+    shown = service.client.post("/login", data={"key": service.key(Scope.READ)[0]})
+    headers = {"Accept": "text/html", "Accept-Language": "uk", "Cookie": shown.headers["set-cookie"].split(";")[0]}
+    for path in ("/designs/pin-profile", "/api/v1/checks/pin-profile"):
+        answer = service.client.post(path, data={"name": "a pin"}, headers=headers)
+        assert answer.status_code == 403
+        if path.startswith("/api/"):
+            assert answer.json()["title"] == "Beyond the key's scope"
+        else:
+            assert '<html lang="uk">' in answer.text and "потрібен ключ з правом design" in answer.text.lower()
+    service.client.cookies.clear()
+
+
 def test_a_login_leads_to_the_page_of_every_form(service):
     """Whose session has ended is redirected from the address that the form is sent to."""
     key, key_id = service.key(Scope.ADMIN)

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from tests.solvers.pin.pins import GEOMETRY, PAPER, VAZ, grams, program
+from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, grams, program
 
 HALF = 0.5 * GEOMETRY.length
 
@@ -111,6 +111,11 @@ def test_what_contradicts_itself_is_refused():
     with pytest.raises(InvalidInput) as refusal:
         pin.PinProblem(VAZ, pin.Limits(max_slope=0.2), pin.Stepped(2))
     assert refusal.value.field == "limits.max_slope"
+    sleeve = pin.Scene(pin.BushingGeometry(14e-3, 24e-3, 30e-3), 15e3, STEEL)
+    for form in (pin.Cone(), pin.Cone(cylinder=True)):
+        with pytest.raises(InvalidInput) as refusal:
+            pin.PinProblem(sleeve, form=form)
+        assert refusal.value.field == "form"
     with pytest.raises(InvalidInput):
         pin.Stepped(0)
     with pytest.raises(InvalidInput):

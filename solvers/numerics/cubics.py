@@ -62,9 +62,8 @@ def longest_cubics(
     """Return the longest cubics, rows of the fields of ``Cubic``, through values d with these slopes at positions x, in
     panels of ``nodes`` each.
 
-    They are within the ``tolerance`` (n,) at the nodes that they span, and not steeper than ``steepest``. A cubic spans
-    whole panels; where it does not even fit to one, nodes of a ``smooth`` (panels,) panel; failing that, it is the
-    straight line from one node to the next.
+    They are within the ``tolerance`` (n,) at the nodes they span, and not steeper than ``steepest``. They begin and end
+    at nodes of ``smooth`` (panels,) panels or span whole ones; otherwise they are straight from node to node.
     """
     out, count, i = np.empty((x.size, 6)), 0, 0
     while i < x.size:
@@ -72,13 +71,13 @@ def longest_cubics(
         if i % nodes == nodes - 1:
             i += 1
             continue
-        j = (panel + 1) * nodes - 1 if i % nodes == 0 else x.size
+        j = (panel + 1) * nodes - 1 if smooth[panel] or i % nodes == 0 else x.size
         while j < x.size and _fits(x, d, slopes, tolerance, steepest, i, j):
             end, straight, j = j, False, j + nodes
-        if straight and smooth[panel]:
-            j = i + 1
-            while j < (panel + 1) * nodes and _fits(x, d, slopes, tolerance, steepest, i, j):
-                end, straight, j = j, False, j + 1
+        if j < x.size and smooth[panel] and smooth[j // nodes]:
+            k = max(i + 1, j - nodes + 2)
+            while k < j and _fits(x, d, slopes, tolerance, steepest, i, k):
+                end, straight, k = k, False, k + 1
         rise = (d[end] - d[i]) / (x[end] - x[i])
         out[count, 0], out[count, 1], out[count, 2], out[count, 3] = x[i], x[end], d[i], d[end]
         out[count, 4], out[count, 5] = (rise, rise) if straight else (slopes[i], slopes[end])

@@ -156,7 +156,7 @@ def on_profile(
         program = assemble(scene, limits, criterion, physics, stations)
         walls = whole.between(points, stations.x, stations.side) / program.variable.unit_diameter
         found = Evaluation(program, walls)
-        error_estimate, peak_excess = found.deflection_error, maximum_excess(program.stations, found.utilisations)
+        error_estimate, peak_excess = found.deflection_error, maximum_excess(stations.x, found.utilisations)
         coarse = error_estimate.sum() > 0.1 * accuracy
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break

@@ -37,13 +37,13 @@ class Stress:
 
 
 def sections_of(scene: Scene, criterion: Criterion, shape: Contour, worst: float, accuracy: float) -> Stress:
-    """Return the distributions along the whole part at 90 positions or more, including load boundaries, the shape's
-    breaks and the section ``worst`` [m]. A part made to these diameters, joined by straight lines, has stresses greater
-    by at most the accuracy, or 1e-4 if that is more."""
+    """Return the distributions along the whole part at 75 positions and more, including load boundaries, the shape's
+    breaks and the section ``worst`` [m]. Straight lines between its diameters exceed no stress by more than the
+    accuracy or 1e-4."""
     variable, length, half = design_variable_of(scene), scene.geometry.length, shape.rows[-1, 1]
     # A bushing's stress may decrease with the cube of its wall.
     tolerance = max(tolerance_of(accuracy), 0.5 * _CHORDS) / (1.0 if variable.sign < 0.0 else 3.0)
-    x, side = shape.points(length / 90.0, variable.given, tolerance)
+    x, side = shape.points(length / 75.0, variable.given, tolerance)
     further = np.array([place for place in (worst, *scene.breakpoints) if place <= half])
     x, side = np.append(x, further), np.append(side, further)
     order = np.lexsort((side, x))
@@ -117,7 +117,7 @@ class PinCheck:
 
     @cached_property
     def along(self) -> Stress:
-        """90 positions or more from end to end, computed on first access."""
+        """75 positions and more from end to end, computed on first access."""
         return self.sections()
 
 

@@ -71,7 +71,7 @@ def greatest_along(scene: Scene, values: Callable[[Array, Array], Array], tolera
     stations = initial_stations(scene)
     for _ in range(_MAX_PASSES):
         found = values(stations.x, stations.side)
-        between = maximum_excess(stations, found[None]) > tolerance
+        between = maximum_excess(stations.x, found[None]) > tolerance
         if not between.any():
             break
         stations = stations.halved(between)

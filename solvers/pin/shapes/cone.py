@@ -107,7 +107,7 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
         bar = half_bar(half)
         f = relative_bores(direction, r, c, bar.x)
         nearness = np.divide(f, bar.bore, out=np.full_like(f, math.inf), where=bar.bore > 0.0)
-        closer = maximum_excess(stations, nearness[None]) > gap
+        closer = maximum_excess(stations.x, nearness[None]) > gap
         if not closer.any():
             break
         stations = stations.halved(closer)

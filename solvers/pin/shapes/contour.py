@@ -55,21 +55,27 @@ class Contour:
         return Cubic(*self.rows[np.minimum(np.searchsorted(self.rows[:, 1], side, side="left"), last)].T).at(x)
 
     def points(self, step: float, given: float, tolerance: float) -> tuple[Array, Array]:
-        """Return points of a polygon for the curve: their positions, at most ``step`` apart, and with each the middle
-        of its cubic, which tells the two sides of a step apart. Nowhere is the polygon's wall, to the ``given``
-        diameter, thinner than the curve's by more than the share ``tolerance``, unless a cubic would need more than 200
-        chords."""
+        """Return positions at most ``step`` apart, and with each one inside its cubic, whose chords leave walls to the
+        ``given`` diameter that are thinner than the curve's by ``tolerance`` of them at most."""
         start, end, first, last, rise, fall = self.rows.T
         width, chord = end - start, (last - first) / (end - start)
         # The second derivative, linear, at both ends.
         bend = np.stack([6.0 * chord - 4.0 * rise - 2.0 * fall, 2.0 * rise + 4.0 * fall - 6.0 * chord]) / width
         wall = np.minimum(np.abs(first - given), np.abs(last - given)) + RESOLUTION * np.max(self.rows[:, 2:4])
         toward = np.sign(given - 0.5 * (first + last))
-        sag = np.maximum(toward * bend, 0.0).max(axis=0) * width * width / 8.0
-        count = np.ceil(np.maximum(width / step, np.minimum(np.sqrt(sag / (tolerance * wall)), _MOST_CHORDS)))
-        number = np.repeat(np.arange(len(width)), count.astype(int) + 1)
+        near = np.sqrt(np.maximum(toward * bend, 0.0).max(axis=0) / (8.0 * tolerance * wall))
+        chords = np.maximum(width / step, np.minimum(near * width, _MOST_CHORDS))
+        # A chord may span curves that meet smoothly; straight lines keep their ends, the points of a given profile.
+        kink = np.maximum(np.abs(rise[1:] - fall[:-1]) * step, np.abs(first[1:] - last[:-1]))
+        alone = (near * step > 1.0) | (rise == fall)
+        apart = alone[1:] | alone[:-1] | (kink > tolerance * np.minimum(wall[1:], wall[:-1]))
+        begin, stop = np.flatnonzero(np.append(True, apart)), np.flatnonzero(np.append(apart, True))
+        count = np.ceil(np.add.reduceat(chords, begin) * (1.0 - 1e-12))
+        number = np.repeat(np.arange(len(begin)), count.astype(int) + 1)
         k = np.arange(number.size) - np.concatenate([[0], np.cumsum(count + 1)[:-1]])[number]
-        return start[number] + width[number] * (k / count[number]), 0.5 * (start + end)[number]
+        begin, stop, middle = begin[number], stop[number], 0.5 * (start + end)
+        x = start[begin] + (end[stop] - start[begin]) * (k / count[number])
+        return x, np.clip(x, middle[begin], middle[stop])
 
 
 def contour(

@@ -13,9 +13,9 @@ from solvers.verdict import MAX_SLACK
 
 _FINEST = 1e-9
 """Least relative excess tolerated."""
-_SHARE, _NARROW = 0.2, 1e-8
-"""Share of the tolerance that walls of the contour may differ by at the stations; width of panels, relative to the
-length, below which they are not refined."""
+_SHARE, _NARROW = 0.5, 1e-8
+"""Share of the tolerance for walls at the stations; width of panels, relative to the length, below which they are not
+refined."""
 _GAUSS, _GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)
 _SAMPLES = (NODE_PLACES[:-1, None] + 0.5 * np.diff(NODE_PLACES)[:, None] * (1.0 + _GAUSS)).ravel()
 _SAMPLE_WEIGHTS = (0.5 * np.diff(NODE_PLACES)[:, None] * _GAUSS_WEIGHTS).ravel()
@@ -28,7 +28,7 @@ def tolerance_of(accuracy: float) -> float:
 
 
 def contour_of(found: Evaluation, accuracy: float) -> Contour:
-    """Return a shape's contour, within a fifth of its tolerance at the stations, not steeper than its limit."""
+    """Return a shape's contour, within half of its tolerance at the stations, not steeper than its limit."""
     program, variable, tolerance = found.program, found.program.variable, tolerance_of(accuracy)
     thick, steepest = variable.unit_diameter * found.walls, program.limits.max_slope
     near = _SHARE * tolerance * thick + RESOLUTION * thick.max()

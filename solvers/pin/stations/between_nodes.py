@@ -12,15 +12,6 @@ _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""
 
 
-def maximum_excess(stations: Stations, values: Array) -> Array:
-    """Return the estimated relative excess over the maximum at the stations within each panel, (n/NODES,).
-
-    ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
-    estimate is twice the relative excess of parabolas through three neighbouring stations.
-    """
-    return _maximum_excess(stations.x, values)
-
-
 def running_maximum_error(stations: Stations, values: Array, forward: bool = True) -> Array:
     """Return per panel the integrated error of a running maximum over the stations, relative to the whole length.
 
@@ -44,7 +35,12 @@ def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
 
 
 @kernel
-def _maximum_excess(x: Array, values: Array) -> Array:
+def maximum_excess(x: Array, values: Array) -> Array:
+    """Return the estimated relative excess over the maximum at stations ``x`` within each panel, (n/NODES,).
+
+    ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
+    estimate is twice the relative excess of parabolas through three neighbouring stations.
+    """
     found = np.zeros(x.size // NODES)
     for kind in range(values.shape[0]):
         y, top = values[kind], 0.0

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.kinks import cuts
 from solvers.pin.scene import Scene
 
 NODES = 9
@@ -88,14 +89,9 @@ class Stations:
     def refined(self, excess: Array, values: Array) -> Stations:
         """Return the stations with every panel halved whose error estimate exceeds its tolerance (``excess`` > 1).
 
-        Far above the tolerance, a kink or a jump is assumed and the panel is also cut on either side of it, between the
-        two nodes adjacent to the largest change of slope.
+        Far above the tolerance, a kink or a jump is assumed and the panel is also cut on either side of it.
         """
-        x, f, kinked = self.x.reshape(-1, NODES), values.reshape(-1, NODES), np.flatnonzero(excess > _KINK_RATIO)
-        bend = np.abs(np.diff(np.diff(f[kinked]) / np.diff(x[kinked])))
-        at = np.argmax(np.pad(bend, ((0, 0), (1, 0))) + np.pad(bend, ((0, 0), (0, 1))), axis=1)
-        middles = (self.left + 0.5 * self.width)[excess > 1.0]
-        return self.cut(np.concatenate([middles, x[kinked, at], x[kinked, at + 1]]))
+        return self.cut(cuts(self.x, values, excess, _KINK_RATIO, NODES))
 
 
 @kernel

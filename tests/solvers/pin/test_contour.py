@@ -125,3 +125,13 @@ def test_a_part_made_to_the_contour_or_to_the_points_meets_the_limits(limits, cr
         assert stress.max() <= STEEL.allowable_stress * (1.0 + tolerance)
         mean = sum(np.trapezoid(D * D - values * values, places) for places, values in pieces)
         assert mean * STEEL.density * np.pi / 4.0 == pytest.approx(found.check.mass, rel=max(10.0 * tolerance, 4e-4))
+
+
+@pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)], ids=lambda form: form.name)
+def test_points_are_no_closer_than_they_need_be(form):
+    """At the ends, where the wall is convex, short cubics next to one another are spanned by one chord."""
+    outcome = pin.design(pin.PinProblem(VAZ, form=form))
+    assert len(outcome.value.contour) > 100
+    assert outcome.value.check.along.x.size < 90
+    # Kinks are found in one pass.
+    assert outcome.accuracy.settings["stations"] <= 450

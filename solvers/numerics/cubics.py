@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -31,6 +32,19 @@ class Cubic:
         s = 1.0 - t
         from_values = self.first * s * s * (1.0 + 2.0 * t) + self.last * t * t * (1.0 + 2.0 * s)
         return from_values + width * t * s * (self.slope_first * s - self.slope_last * t)
+
+    def bends(self) -> Array:
+        """Return the second derivatives at both ends, between which they are linear, (2, ...)."""
+        width, rise, fall = self.end - self.start, self.slope_first, self.slope_last
+        chord = (self.last - self.first) / width
+        return np.stack([6.0 * chord - 4.0 * rise - 2.0 * fall, 2.0 * rise + 4.0 * fall - 6.0 * chord]) / width
+
+
+def divided(start: Array, end: Array, count: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Return the ends of ``count`` equal parts of each interval, in order, and the indices of their intervals."""
+    of = np.repeat(np.arange(count.size), count.astype(int) + 1)
+    k = np.arange(of.size) - (np.cumsum(count + 1) - count - 1)[of]
+    return start[of] + (end - start)[of] * (k / count[of]), of
 
 
 @kernel

@@ -48,7 +48,7 @@ def sections_of(scene: Scene, criterion: Criterion, shape: Contour, worst: float
     x, side = np.append(x, further), np.append(side, further)
     order = np.lexsort((side, x))
     x, side = x[order], side[order]
-    sizes = shape.at(x, side)
+    sizes = np.clip(shape.at(x, side), *((0.0, variable.given) if variable.sign < 0.0 else (variable.given, np.inf)))
     new = (np.diff(x, prepend=-1.0) > 1e-12 * length) | (np.abs(np.diff(sizes, prepend=-1.0)) > 1e-12 * sizes)
     x, side, sizes = x[new], side[new], sizes[new]
     own, thickness = scene.own_forces(x, side), variable.thickness(sizes) / variable.unit_diameter

@@ -59,8 +59,8 @@ def slope_limit_error(program: Program, low: Array) -> Array:
     """Return the volume error of a slope-limited shape due to maxima of ``low`` between stations, per panel."""
     stations, slope, variable = program.stations, program.limits.max_slope, program.variable
     thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * stations.x
-    error = running_maximum_error(stations, thick + ramp)
-    error = error + running_maximum_error(stations, thick - ramp, forward=False)
+    error = running_maximum_error(stations.x, stations.weight, thick + ramp, stations.span, True)
+    error = error + running_maximum_error(stations.x, stations.weight, thick - ramp, stations.span, False)
     return variable.max_derivative(float(thick.max())) * error
 
 

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.numerics.cubics import Cubic, longest_cubics
+from solvers.numerics.cubics import Cubic, divided, longest_cubics
 from solvers.numerics.panels import differentiation_matrix
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
@@ -27,8 +27,8 @@ _POSITION_TOLERANCE = 1e-9
 """Relative to the length: positions closer than manufacturing can resolve."""
 _UNRESOLVED = 1e-4
 """Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which a kink is assumed."""
-_MOST_CHORDS = 200
-"""Maximum number of chords of one cubic."""
+_MOST_CHORDS, _ADDED = 200, 3e-3
+"""Maximum number of chords of one cubic; greatest wall that a chord adds, relative to the greatest wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,24 +58,19 @@ class Contour:
         """Return positions at most ``step`` apart, and with each one inside its cubic, whose chords leave walls to the
         ``given`` diameter that are thinner than the curve's by ``tolerance`` of them at most."""
         start, end, first, last, rise, fall = self.rows.T
-        width, chord = end - start, (last - first) / (end - start)
-        # The second derivative, linear, at both ends.
-        bend = np.stack([6.0 * chord - 4.0 * rise - 2.0 * fall, 2.0 * rise + 4.0 * fall - 6.0 * chord]) / width
+        width, bend = end - start, Cubic(*self.rows.T).bends()
         wall = np.minimum(np.abs(first - given), np.abs(last - given)) + RESOLUTION * np.max(self.rows[:, 2:4])
-        toward = np.sign(given - 0.5 * (first + last))
-        near = np.sqrt(np.maximum(toward * bend, 0.0).max(axis=0) / (8.0 * tolerance * wall))
-        chords = np.maximum(width / step, np.minimum(near * width, _MOST_CHORDS))
+        toward, middle = np.sign(given - 0.5 * (first + last)), 0.5 * (start + end)
+        near = np.maximum(toward * bend / (tolerance * wall), np.abs(bend) / (_ADDED * wall.max())).max(axis=0)
+        near = np.minimum(np.sqrt(near / 8.0), _MOST_CHORDS / width)
         # A chord may span curves that meet smoothly; straight lines keep their ends, the points of a given profile.
         kink = np.maximum(np.abs(rise[1:] - fall[:-1]) * step, np.abs(first[1:] - last[:-1]))
         alone = (near * step > 1.0) | (rise == fall)
         apart = alone[1:] | alone[:-1] | (kink > tolerance * np.minimum(wall[1:], wall[:-1]))
         begin, stop = np.flatnonzero(np.append(True, apart)), np.flatnonzero(np.append(apart, True))
-        count = np.ceil(np.add.reduceat(chords, begin) * (1.0 - 1e-12))
-        number = np.repeat(np.arange(len(begin)), count.astype(int) + 1)
-        k = np.arange(number.size) - np.concatenate([[0], np.cumsum(count + 1)[:-1]])[number]
-        begin, stop, middle = begin[number], stop[number], 0.5 * (start + end)
-        x = start[begin] + (end[stop] - start[begin]) * (k / count[number])
-        return x, np.clip(x, middle[begin], middle[stop])
+        chords = np.add.reduceat(np.maximum(1.0 / step, near) * width, begin)
+        x, of = divided(start[begin], end[stop], np.ceil(chords * (1.0 - 1e-12)))
+        return x, np.clip(x, middle[begin[of]], middle[stop[of]])
 
 
 def contour(

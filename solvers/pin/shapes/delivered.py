@@ -11,8 +11,8 @@ from solvers.pin.shapes.contour import RESOLUTION, Contour, contour
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES
 from solvers.verdict import MAX_SLACK
 
-_FINEST = 1e-9
-"""Least relative excess tolerated."""
+_FINEST, _ROUNDING = 1e-9, 4e-15
+"""Least relative excess tolerated, and relative rounding error of a diameter."""
 _SHARE, _NARROW = 0.5, 1e-8
 """Share of the tolerance for walls at the stations; width of panels, relative to the length, below which they are not
 refined."""
@@ -27,11 +27,17 @@ def tolerance_of(accuracy: float) -> float:
     return max(0.5 * min(accuracy, MAX_SLACK), _FINEST)
 
 
+def _finest(found: Evaluation) -> float:
+    """Return the wall [m] to which diameters are resolved: by choice, and by rounding."""
+    thick = found.program.variable.unit_diameter * float(found.walls.max())
+    return RESOLUTION * thick + _ROUNDING * (found.program.variable.given + thick)
+
+
 def contour_of(found: Evaluation, accuracy: float) -> Contour:
     """Return a shape's contour, within half of its tolerance at the stations, not steeper than its limit."""
     program, variable, tolerance = found.program, found.program.variable, tolerance_of(accuracy)
     thick, steepest = variable.unit_diameter * found.walls, program.limits.max_slope
-    near = _SHARE * tolerance * thick + RESOLUTION * thick.max()
+    near = _SHARE * tolerance * thick + _finest(found)
     steepest = np.inf if steepest is None else steepest * (1.0 + 0.5 * _FINEST)
     return contour(program.stations, variable.sizes(found.walls), program.scene.geometry.length, near, steepest)
 
@@ -45,10 +51,14 @@ def contour_excess(found: Evaluation, accuracy: float) -> Array:
     """
     program, shape, tolerance = found.program, contour_of(found, accuracy), tolerance_of(accuracy)
     stations, variable, scene = program.stations, program.variable, program.scene
+    finest = _finest(found) / variable.unit_diameter
+    if not finest < tolerance * found.walls.max():
+        # No diameter has the digits of such thin walls.
+        return np.zeros_like(stations.width)
     side = np.repeat(0.5 * (stations.left + stations.right), _SAMPLES.size)
     x = side + (0.5 * stations.width[:, None] * _SAMPLES).ravel()
     walls = variable.thickness(shape.at(x, x)) / variable.unit_diameter
-    enough = walls + RESOLUTION * found.walls.max()
+    enough = walls + finest
     used = variable.utilisations(constraints_at(scene, program.criterion, x, side), enough)
     peaks = used / np.maximum(found.utilisations.max(axis=1), 1e-300)[:, None]
     excess = np.concatenate([peaks, [program.floor / np.maximum(enough, 1e-300)]]).max(axis=0)

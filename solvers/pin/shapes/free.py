@@ -27,7 +27,8 @@ def _error_estimate(program: Program, solution: DualSolution, drillable: bool) -
     slope-limited shape, and the deflection's error times the multiplier."""
     stations, low, missed = program.stations, program.lower, 0.0
     if drillable:
-        missed, low = running_maximum_error(stations, low), np.maximum.accumulate(low)
+        missed = running_maximum_error(stations.x, stations.weight, low, stations.span, True)
+        low = np.maximum.accumulate(low)
     if program.limits.max_slope is not None:
         missed = missed + slope_limit_error(program, low)
     found = stations.error_estimate(solution.solidity) + missed

@@ -6,21 +6,10 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.stations.lobatto_panels import NODES, Stations
+from solvers.pin.stations.lobatto_panels import NODES
 
 _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""
-
-
-def running_maximum_error(stations: Stations, values: Array, forward: bool = True) -> Array:
-    """Return per panel the integrated error of a running maximum over the stations, relative to the whole length.
-
-    At a station that attains the running maximum, parabolas through it and its neighbours estimate the excess of the
-    true maximum, weighted with the length over which it remains the running maximum, and the depth of a minimum before
-    the next station, weighted with the distance to it; both are doubled as a safety factor. Without ``forward`` the
-    maximum is taken from right to left.
-    """
-    return _running_maximum_error(stations.x, stations.weight, values, stations.span, forward)
 
 
 @kernel
@@ -78,7 +67,14 @@ def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float
 
 
 @kernel
-def _running_maximum_error(x: Array, weight: Array, values: Array, span: float, forward: bool) -> Array:
+def running_maximum_error(x: Array, weight: Array, values: Array, span: float, forward: bool) -> Array:
+    """Return per panel the integrated error of a running maximum over stations x, relative to the whole length.
+
+    At a station that attains the running maximum, parabolas through it and its neighbours estimate the excess of the
+    true maximum, weighted with the length over which it remains the running maximum, and the depth of a minimum before
+    the next station, weighted with the distance to it; both are doubled as a safety factor. Without ``forward`` the
+    maximum is taken from right to left.
+    """
     n = x.size
     held_length, attains, missed = np.zeros(n), np.zeros(n), np.zeros(n // NODES)
     running, source = -np.inf, 0

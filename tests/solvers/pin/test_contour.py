@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.shapes.contour import contour
+from solvers.pin.result import sections_of
+from solvers.pin.shapes.contour import Contour, contour
 from solvers.pin.stations.lobatto_panels import Stations
-from tests.solvers.pin.pins import GEOMETRY, STEEL, VAZ
+from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, vaz
 
 LENGTH = 0.08
 HALF = np.linspace(0.0, 0.5 * LENGTH, 9)
@@ -135,3 +136,23 @@ def test_points_are_no_closer_than_they_need_be(form):
     assert outcome.value.check.along.x.size < 90
     # Kinks are found in one pass.
     assert outcome.accuracy.settings["stations"] <= 450
+
+
+@pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)], ids=lambda form: form.name)
+@pytest.mark.parametrize("force", [5e-3, 1e-20, 1e-60])
+def test_walls_thinner_than_rounding_of_a_diameter_are_designed_like_others(force, form):
+    """They took up to 15,000 stations and as many cubics, which no diameter with sixteen digits could meet."""
+    outcome = pin.design(pin.PinProblem(vaz(force), form=form))
+    assert outcome.accuracy.met
+    assert outcome.accuracy.settings["stations"] < 500
+    assert len(outcome.value.contour) < 200
+
+
+def test_no_point_of_a_profile_lies_beyond_the_given_diameter():
+    """Cubics, and rounding, may swing below a bore of zero and above the outer diameter."""
+    D, half = GEOMETRY.outer_diameter, 0.5 * VAZ.geometry.length
+    for size, slope in ((0.0, -1e-9), (D, 1e-9)):
+        shape = Contour(np.array([[0.0, half, size, size, slope, -slope]]), 2.0 * half)
+        bore = sections_of(VAZ, PAPER, shape, half, 1e-6).bore
+        assert bore.min() >= 0.0
+        assert bore.max() <= D

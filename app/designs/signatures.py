@@ -138,6 +138,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("pin-profile", "design"): (
         ("solvers.numerics.cubics.longest_cubics", "f1 f1 f1 b1 f1 f i"),
+        ("solvers.numerics.kinks.cuts", "f1 f1 f1 f i"),
         ("solvers.pin.optimum.conic._local_model", "f1 f1 f1 solvers.pin.section.flexibility.Flexibility"),
         ("solvers.pin.optimum.design_variable._walls_of", "f1 f f f"),
         ("solvers.pin.optimum.dual_bound._integral_over_levels", "f1 i1 f2 solvers.pin.section.flexibility.Flexibility"),
@@ -157,8 +158,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.shapes.cone_sizes.workspace", "solvers.pin.shapes.cone_sizes.HalfBar"),
         ("solvers.pin.shapes.tapers.relative_bores", "i f f f1"),
         ("solvers.pin.shapes.tapers.unit_volume", "i f f"),
-        ("solvers.pin.stations.between_nodes._maximum_excess", "f1 f2"),
-        ("solvers.pin.stations.between_nodes._running_maximum_error", "f1 f1 f1 f b"),
+        ("solvers.pin.stations.between_nodes.maximum_excess", "f1 f2"),
+        ("solvers.pin.stations.between_nodes.running_maximum_error", "f1 f1 f1 f b"),
         ("solvers.pin.stations.lobatto_panels._cut", "f1 f1"),
         ("solvers.pin.stations.lobatto_panels._error_estimate", "f1 f f1"),
         ("solvers.pin.stations.lobatto_panels._lay_out", "f1"),

@@ -78,7 +78,8 @@ class Half:
     solid_from: float = math.inf
 
     @cached_property
-    def _peaks(self) -> Array:
+    def peaks(self) -> Array:
+        """The running maximum of the lower bound of u at the stations."""
         return np.maximum.accumulate(self.program.lower)
 
     @cached_property
@@ -94,13 +95,13 @@ class Half:
         least = np.where(x > self.solid_from, 1.0, least)
         before = np.clip(np.searchsorted(p.stations.x, x, side="right") - 1, 0, None)
         found = np.empty_like(t)
-        found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], least))
+        found[order] = np.maximum.accumulate(np.maximum(self.peaks[before], least))
         return found
 
     def lightest_walls(self, places: Array) -> Steps | None:
         """Return steps that end at these positions with their lightest walls; None if even solid steps exceed the
         deflection limit."""
-        weight, least = np.diff(places, prepend=0.0), self.lower_bound(places)
+        weight, least = places - np.append(0.0, places[:-1]), self.lower_bound(places)
         if self.sums is None:
             return Steps(places, least, float(weight @ least), 0.0)
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)

@@ -179,12 +179,8 @@ def prune(lam: float, lat: Lattice, come: Array, worst: float, thin: Indices, th
                             value -= _end_loss(lat, i, j)
                         run[j] = min(run[j], value)
             row, before, after = _row(lat, k, i), np.inf, np.inf
-            low, high, first, other = (
-                2 * lat.thin[k, c, 0],
-                2 * lat.thin[k, c, 1],
-                2 * lat.thick[k, c, 0],
-                2 * lat.thick[k, c, 1] - 1,
-            )
+            low, high = 2 * lat.thin[k, c, 0], 2 * lat.thin[k, c, 1]
+            first, other = 2 * lat.thick[k, c, 0], 2 * lat.thick[k, c, 1] - 1
             thinner = low
             for j in range(first, other + 1):
                 while thinner <= j and thinner < high:
@@ -260,13 +256,7 @@ def dues(lam: float, lat: Lattice, path: Indices, out: Array) -> None:
 
 @kernel
 def maximise_dual(
-    lat: Lattice,
-    come: Array,
-    start: float,
-    tolerance: float,
-    target: float,
-    soft: Indices,
-    stiff: Indices,
+    lat: Lattice, come: Array, start: float, tolerance: float, target: float, soft: Indices, stiff: Indices
 ) -> tuple[float, float, int]:
     """Maximise the dual bound over the multiplier, from ``start``; return (multiplier, bound, number of trials).
 

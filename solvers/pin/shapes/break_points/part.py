@@ -43,12 +43,12 @@ class Part:
     @property
     def ends(self) -> int:
         """The number of pairs of ends that are open to some step."""
-        return 4 * int(np.diff(self.thin).sum() + np.diff(self.thick).sum())
+        return 4 * int(sum((spans[:, :, 1] - spans[:, :, 0]).sum() for spans in (self.thin, self.thick)))
 
     @property
     def open_breaks(self) -> Mask:
         """Cells that each break point may lie in, (steps - 1, m)."""
-        return np.diff(self.thin)[:, :, 0] > 0
+        return self.thin[:, :, 1] > self.thin[:, :, 0]
 
     @property
     def open_walls(self) -> Mask:
@@ -111,7 +111,7 @@ class Part:
         cells, walls, limited = self.breaks, self.walls, half.sums is not None
         t = np.stack([cells.t, np.minimum(cells.t + cells.h, 1.0)], axis=1).ravel()
         least = np.where(np.isinf(cells.sag)[:, None], cells.f[:, :1], cells.f).ravel()
-        most, least_last = np.full(t.size, np.inf), float(half.lower_bound(np.ones(1))[0])
+        most, least_last = np.full(t.size, np.inf), float(half.peaks[-1])
         for place, wall in self.above:
             least, least_last = np.where(t > place, np.maximum(least, wall), least), max(least_last, wall)
         for place, wall in self.below:
@@ -132,7 +132,7 @@ class Part:
 def all_steps(half: Half, steps: int, thickest: float) -> Part:
     """Return the cells for all steps; ``thickest``: the greatest wall of a feasible bushing."""
     edges = half.edges(_BREAK_CELLS)
-    cells, low = break_cells(half, edges[:-1], np.diff(edges)), float(half.lower_bound(np.ones(1))[0])
+    cells, low = break_cells(half, edges[:-1], np.diff(edges)), float(half.peaks[-1])
     # From cell to cell f may jump, and otherwise differs only by rounding.
     after = np.append(cells.f[1:, 0], low)
     near = after - cells.f[:, 1] <= 1e-9 * after

@@ -39,8 +39,9 @@ _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
 fraction of the part's present gap."""
 _SHARE = 0.1
 """Cells are cut that lower the bound by this share of what one of them does, or more."""
-_POLISH = 0.2
-"""Distance of the break points tried last, over the width of their cells, after that width itself."""
+_POLISH, _WORTH = 0.2, 0.01
+"""Distance of the break points tried last, over the width of their cells, after that width itself; gain from which they
+are tried, over the gap."""
 _ROUNDING = 1e-12
 """Relative rounding error of a bound."""
 
@@ -152,12 +153,17 @@ class _Search:
         return math.inf if found is None else found.volume
 
     def _polish(self) -> None:
-        """Try each break point at the vertex of a parabola through volumes a cell's width, then a fifth of it apart."""
-        for step in (*np.diag(self.reach), *np.diag(_POLISH * self.reach)):
-            places, volume = self.best.places[:-1], self.best.volume
-            before, behind = self._try(places - step), self._try(places + step)
-            if volume < min(before, behind) < math.inf > max(before, behind):
-                self._try(places + 0.5 * (before - behind) / (before - 2.0 * volume + behind) * step)
+        """Try each break point at the vertex of a parabola through volumes a cell's width, then a fifth of it apart, if
+        the former reduced it noticeably."""
+        for share in (1.0, _POLISH):
+            start = self.best.volume
+            for step in np.diag(share * self.reach):
+                places, volume = self.best.places[:-1], self.best.volume
+                before, behind = self._try(places - step), self._try(places + step)
+                if volume < min(before, behind) < math.inf > max(before, behind):
+                    self._try(places + 0.5 * (before - behind) / (before - 2.0 * volume + behind) * step)
+            if start - self.best.volume <= _WORTH * self.gap * start:
+                break
 
     def _deflection(self, lat: Lattice, path: Indices) -> float:
         """Return the deflection of steps over its limit."""

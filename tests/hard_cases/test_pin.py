@@ -189,8 +189,9 @@ def test_no_ovalization_limit_is_met_by_the_factors_zero(case, ratio):
     scene, g, m = scene_of(case), scene_of(case).geometry, scene_of(case).material
     limit = ovalization.ring(scene.force, g.outer_diameter, g.length, ratio, m.elastic_modulus, m.poisson).ovalization
     outcome = designed(case, 1e-4, max_ovalization=limit)
-    widest = outcome.value.check.along.bore.max() / g.outer_diameter
-    assert widest <= ratio * (1 + 1e-7)
+    assert 1.0 - outcome.value.evaluation.walls.min() <= ratio * (1 + 1e-9)
+    # The points lie on cubics that meet the limits to the accuracy.
+    assert outcome.value.check.along.bore.max() <= ratio * g.outer_diameter * (1 + 1e-4)
     assert outcome.value.check.ring.ovalization_max <= limit * (1 + 1e-9)
 
 

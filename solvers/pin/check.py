@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -19,7 +20,7 @@ from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Evaluation, assemble
-from solvers.pin.result import PinCheck, Stress, finite, sections_of
+from solvers.pin.result import PinCheck, finite, sections_of
 from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
@@ -104,7 +105,10 @@ class Prepared:
 
     def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
         """Return the outcome from one row of ``evaluate_all``'s results."""
-        value = result(self.stepped, results, row, self._sections)
+        along = partial(
+            sections_of, self.scene, self.criterion, partial(self.whole.contour, self.scene), accuracy=self.accuracy
+        )
+        value = result(self.stepped, results, row, along)
         return self._outcome(value, ROUNDING, {"sections": len(self.stepped.bores)}, seconds)
 
     def on_stations(self) -> Outcome[PinCheck]:
@@ -113,7 +117,7 @@ class Prepared:
         variable, whole = design_variable_of(self.scene), self.whole
         found, error_estimate = on_profile(self.scene, whole, self.criterion, self.physics, self.accuracy, self.limits)
         mass = variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore))
-        value = assess(found, self.limits, mass, self.accuracy, whole.contour(self.scene))
+        value = assess(found, self.limits, mass, self.accuracy, partial(whole.contour, self.scene))
         settings = {"stations": int(found.walls.size)}
         return self._outcome(
             value,
@@ -121,9 +125,6 @@ class Prepared:
             settings,
             time.perf_counter() - started,
         )
-
-    def _sections(self, worst: float) -> Stress:
-        return sections_of(self.scene, self.criterion, self.whole.contour(self.scene), worst, self.accuracy)
 
     def _outcome(
         self, value: PinCheck, estimated: float, settings: dict[str, int], seconds: float
@@ -166,11 +167,11 @@ def on_profile(
 
 
 def assess(
-    found: Evaluation, limits: Limits, mass: float, accuracy: float, shape: Contour,
+    found: Evaluation, limits: Limits, mass: float, accuracy: float, shape: Callable[[], Contour],
     cautions: tuple[str, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Return all results of a part; ``mass`` [kg], ``shape``: its varying diameter, ``cautions``: further
-    warnings."""
+    """Return all results of a part; ``mass`` [kg], ``shape``: function that computes its varying diameter,
+    ``cautions``: further warnings."""
     program, walls, deflection = found.program, found.walls, found.deflection
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
     is_pin, allowable_shear = not isinstance(scene.geometry, BushingGeometry), scene.material.allowable_shear

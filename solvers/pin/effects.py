@@ -36,11 +36,6 @@ def _shear_influence(scene: Scene) -> float:
     return min(1.0, 1.5 * r / (1.0 + r))
 
 
-def _adds_results(scene: Scene) -> float:
-    """Influence of an effect that adds results without changing others: 1 by definition."""
-    return 1.0
-
-
 @dataclass(frozen=True)
 class PinEffect:
     """An effect: the field of ``Physics`` that it sets, its description, and its influence in a scene."""
@@ -48,7 +43,7 @@ class PinEffect:
     name: str
     summary: str
     measure: str = "1: its results exist only when it runs"
-    influence: Callable[[Scene], float] = _adds_results
+    influence: Callable[[Scene], float] = lambda _: 1.0
 
 
 EFFECTS = (

@@ -36,11 +36,14 @@ class Stress:
     equivalent: Array
 
 
-def sections_of(scene: Scene, criterion: Criterion, shape: Contour, worst: float, accuracy: float) -> Stress:
+def sections_of(
+    scene: Scene, criterion: Criterion, diameter: Callable[[], Contour], worst: float, accuracy: float
+) -> Stress:
     """Return the distributions along the whole part at 75 positions and more, including load boundaries, the shape's
     breaks and the section ``worst`` [m]. Straight lines between its diameters exceed no stress by more than the
     accuracy or 1e-4."""
-    variable, length, half = design_variable_of(scene), scene.geometry.length, shape.rows[-1, 1]
+    shape, variable, length = diameter(), design_variable_of(scene), scene.geometry.length
+    half = shape.rows[-1, 1]
     # A bushing's stress may decrease with the cube of its wall.
     tolerance = max(tolerance_of(accuracy), 0.5 * _CHORDS) / (1.0 if variable.sign < 0.0 else 3.0)
     x, side = shape.points(length / 75.0, variable.given, tolerance)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -152,7 +153,7 @@ def test_no_point_of_a_profile_lies_beyond_the_given_diameter():
     """Cubics, and rounding, may swing below a bore of zero and above the outer diameter."""
     D, half = GEOMETRY.outer_diameter, 0.5 * VAZ.geometry.length
     for size, slope in ((0.0, -1e-9), (D, 1e-9)):
-        shape = Contour(np.array([[0.0, half, size, size, slope, -slope]]), 2.0 * half)
+        shape = partial(Contour, np.array([[0.0, half, size, size, slope, -slope]]), 2.0 * half)
         bore = sections_of(VAZ, PAPER, shape, half, 1e-6).bore
         assert bore.min() >= 0.0
         assert bore.max() <= D

@@ -97,7 +97,7 @@ def verify(database_url: DatabaseUrl = DATABASE) -> None:
         typer.echo(f"the database is at revision {report.older} of an earlier version: crankwright migrate", err=True)
         raise typer.Exit(1)
     for damage in report.damages:
-        typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
+        typer.echo(str(damage), err=True)
     damaged = {(damage.table, damage.key) for damage in report.damages}
     items = f"{report.batch_items} items of batches, " if report.batch_items else ""
     typer.echo(f"{report.runs} runs, {items}{len(damaged)} damaged")

@@ -130,7 +130,7 @@ def _report(report: Report, done: str) -> None:
         typer.echo(f"{done}, not verified: it is at revision {report.older} of an earlier version")
         return
     for damage in report.damages:
-        typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
+        typer.echo(str(damage), err=True)
     typer.echo(f"{done}: {report.runs} runs, {'sound' if report.sound else 'DAMAGED'}")
     raise typer.Exit(0 if report.sound else 1)
 

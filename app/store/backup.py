@@ -7,7 +7,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from app.store.engine import check_exists, normalised_url
+from app.store.engine import check_exists, normalised_url, sqlite_address
 from app.store.errors import StoreError
 from app.store.verify import Report, verify
 
@@ -44,7 +44,10 @@ def _copied(source: Path, target: Path) -> Report:
     unfinished = target.with_name(f"{target.name}.unfinished")
     unfinished.unlink(missing_ok=True)
     try:
-        with closing(sqlite3.connect(source)) as original, closing(sqlite3.connect(unfinished)) as copy:
+        with (
+            closing(sqlite3.connect(sqlite_address(source), uri=True)) as original,
+            closing(sqlite3.connect(unfinished)) as copy,
+        ):
             original.backup(copy)
             # A single file, without a WAL beside it.
             copy.execute("PRAGMA journal_mode=DELETE")

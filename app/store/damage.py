@@ -12,3 +12,7 @@ class Damage:
     table: str
     key: str | None
     what: str
+
+    def __str__(self) -> str:
+        place = f"{self.table} {'' if self.key is None else self.key}".strip()
+        return f"{place}: {self.what}" if place else self.what

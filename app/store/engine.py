@@ -92,9 +92,23 @@ def make_engine(url: str, long_running: bool = False) -> Engine:
         pool_timeout=wait_ms / 1000,
         connect_args={"timeout": BUSY_TIMEOUT_MS / 1000, "check_same_thread": False},
     )
+    event.listen(engine, "do_connect", _address_sqlite)
     event.listen(engine, "connect", _prepare_sqlite)
     event.listen(engine, "begin", _begin_sqlite)
     return engine
+
+
+def sqlite_address(file: Path | str) -> str:
+    """The URI by which SQLite opens a file. Without permission to write in its folder, not even a reader can make the
+    files that WAL needs; where none are beside it nobody has it open, and it is read as a file that does not change."""
+    path = Path(file).absolute()
+    is_closed = path.exists() and not any(path.with_name(path.name + rest).exists() for rest in ("-wal", "-journal"))
+    can_write = os.access(path.parent, os.W_OK) and os.access(path, os.W_OK)
+    return path.as_uri() + ("?mode=ro&immutable=1" if is_closed and not can_write else "")
+
+
+def _address_sqlite(_dialect: Any, _record: Any, arguments: list[Any], options: dict[str, Any]) -> None:
+    arguments[0], options["uri"] = sqlite_address(arguments[0]), True
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

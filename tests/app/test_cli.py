@@ -94,6 +94,9 @@ def test_verify_reports_damage(call, check_request, tmp_path):
     answer = runner.invoke(app, ["verify", "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3"])
     assert answer.exit_code == 1
     assert "1 damaged" in answer.output
+    (tmp_path / "other.sqlite3").write_bytes(b"no database " * 100)
+    answer = runner.invoke(app, ["verify", "--database-url", f"sqlite:///{tmp_path}/other.sqlite3"])
+    assert answer.output.splitlines()[0] == "the database cannot be read: file is not a database"
 
 
 def test_a_missing_file(tmp_path):

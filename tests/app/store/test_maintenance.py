@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import timedelta
 from pathlib import Path
@@ -14,7 +15,8 @@ from typer.testing import CliRunner
 from app import runs as shown
 from app.cli import app
 from app.store.backup import CannotCopy, backup, restore
-from app.store.maintenance import ExpireKeys, Prune, lowest_id_at
+from app.store.faults import StoreFault
+from app.store.maintenance import ExpireKeys, Probe, Prune, lowest_id_at
 from app.store.migrate import upgrade
 from app.store.record import RunFilter, utc_now
 from app.store.repository import RunStore
@@ -35,6 +37,21 @@ def fill(url: str, number: int = 5) -> list:
 def ids(url: str) -> set[str]:
     with RunStore(url) as store:
         return {item.id for item in asyncio.run(store.list_runs(RunFilter())).items}
+
+
+@pytest.mark.parametrize("mode", ["delete", "wal"])
+def test_a_store_that_cannot_be_written_is_read_verified_and_copied(tmp_path: Path, monkeypatch, mode: str) -> None:
+    url, file = sqlite_database(tmp_path), tmp_path / "runs.sqlite3"
+    records = fill(url)
+    with closing(sqlite3.connect(file)) as database:
+        database.execute(f"PRAGMA journal_mode={mode}")
+    stored = file.read_bytes()
+    monkeypatch.setattr("app.store.engine.os.access", lambda _path, _right: False)
+    assert ids(url) == {record.id for record in records}
+    assert verify(url).sound and backup(url, tmp_path / "copy.sqlite3").sound
+    with pytest.raises(StoreFault, match="cannot be written"), RunStore(url) as store:
+        store.write_and_wait(Probe())
+    assert file.read_bytes() == stored and not list(tmp_path.glob("runs.sqlite3-*"))
 
 
 def test_a_backup_of_a_store_in_use_restores_completely(tmp_path: Path) -> None:

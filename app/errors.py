@@ -128,6 +128,15 @@ def _stopping(error: Exception) -> Problem:
     return Problem(503, "The service stops", str(error), headers={"Retry-After": "5"})
 
 
+PASSING = (Busy, StoreFault, StoreClosed, ExecutorClosed)
+"""Errors of a service that cannot do now what it may do later: a form is shown again with what was typed."""
+
+
+def problem_of(error: Exception) -> Problem:
+    """The problem that an error is for the client."""
+    return next(made(error) for kind, made in _PROBLEMS.items() if isinstance(error, kind))
+
+
 _PROBLEMS: dict[type[Exception], Callable[[Any], Problem]] = {
     Problem: lambda problem: problem,
     IdempotencyConflict: lambda error: Problem(409, "The idempotency key is taken", str(error)),

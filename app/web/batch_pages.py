@@ -27,7 +27,7 @@ from app.designs.problems import INVALID
 from app.designs.registry import KINDS
 from app.designs.schema import entry
 from app.designs.units import split_unit
-from app.errors import Problem
+from app.errors import PASSING, Problem, problem_of
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus
 from app.store.errors import UnknownBatch, UnknownRun
@@ -187,8 +187,12 @@ async def sweep(request: Request, language: Language | None = None, units: Syste
         base = await _base(request, form.get("run", "").strip(), kind, mode)
         asked = Sweep.read(json.dumps(asked_in(form, kind, mode, base)).encode())
         return _to(await _service(request).take_sweep(asked, None, hashlib.sha256()))
-    except Problem as problem:
-        return await _list(request, kind, mode, problem=problem.body, given=form, sweep_faults=placed_in(form, problem))
+    except (Problem, *PASSING) as error:
+        refused = problem_of(error)
+        faults = placed_in(form, refused)
+        shown = await _list(request, kind, mode, problem=refused.body, given=form, sweep_faults=faults)
+        shown.headers.update(refused.headers)
+        return shown
 
 
 async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
 from app.edge.disconnect import cancel_on_disconnect
-from app.errors import Problem, busy
+from app.errors import PASSING, Problem, problem_of
 from app.jobs.errors import Busy
 from app.store.record import RunFilter, RunStatus
 from app.submission import Service
@@ -193,8 +193,9 @@ async def begun(request: Request, kind: Kind, mode: Mode, texts: Texts, spec: Ma
     except Problem as problem:
         faults = placed(form_of(kind, mode), texts, problem)
         return await _shown(request, kind, mode, texts, faults, 422)
-    except Busy as error:
-        refused, why = busy(error), _("Not now: %(why)s") % {"why": _(str(error))}
+    except PASSING as error:
+        refused = problem_of(error)
+        why = _("Not now: %(why)s") % {"why": spoken(refused.body["detail"])}
         shown = await _shown(request, kind, mode, texts, status=refused.status, notice=why)
         shown.headers.update(refused.headers)
         return shown

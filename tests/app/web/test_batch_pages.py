@@ -14,8 +14,10 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.batches.fields import numbers
+from app.batches.service import BatchService
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.store.faults import FaultKind, StoreFault
 from app.web import batch_pages
 from app.web.batch_pages import _field_words, _value_words
 from app.words.languages import speaking
@@ -221,6 +223,16 @@ def test_a_wrong_entry_of_a_sweep_is_shown_at_its_field(
     (shown,) = re.findall(rf'<input id="{field}"[^>]*>', page)
     assert 'aria-invalid="true"' in shown and f'aria-describedby="{field}-error"' in shown
     assert page.count("aria-invalid") == 1 and 'autofocus id="the-faults"' in page
+
+
+def test_a_sweep_that_cannot_be_stored_now_is_shown_again(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def locked(*_given: object) -> bytes:
+        raise StoreFault(FaultKind.BUSY)
+
+    monkeypatch.setattr(BatchService, "take_sweep", locked)
+    answer = client.post("/batches/sweep", data=SWEEP)
+    assert answer.status_code == 503 and answer.headers["retry-after"] == "5"
+    assert "the database is locked" in answer.text.lower() and 'value="load.force_n"' in answer.text
 
 
 def test_a_sweep_is_told_what_would_be_accepted(client: TestClient) -> None:

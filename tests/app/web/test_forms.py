@@ -10,6 +10,7 @@ import pytest
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.jobs.errors import Busy
+from app.store.faults import FaultKind, StoreFault
 from app.submission import Service
 from app.web.forms.tree import form_of
 
@@ -72,16 +73,23 @@ def test_an_error_is_shown_at_its_field_and_input_is_kept(client, field, text):
     assert HOSTILE not in answer.text
 
 
-def test_a_busy_service_shows_the_form_again_with_the_reason(client, monkeypatch):
-    async def busy(*_given):
-        raise Busy("no worker came free within 30 s", 7.0)
+@pytest.mark.parametrize(
+    ("error", "wait_s", "words"),
+    [
+        (Busy("no worker came free within 30 s", 7.0), "7", "no worker came free"),
+        (StoreFault(FaultKind.BUSY), "5", "the database is locked or does not answer in time; nothing was stored"),
+    ],
+)
+def test_a_form_that_cannot_be_answered_now_is_shown_again_with_the_reason(client, monkeypatch, error, wait_s, words):
+    async def fail(*_given):
+        raise error
 
-    monkeypatch.setattr(Service, "submit_within", busy)
+    monkeypatch.setattr(Service, "submit_within", fail)
     fields = texts_of("pin-profile", "check") | {"name": "typed before"}
     answer = client.post("/designs/pin-profile?mode=check", data=fields)
-    assert answer.status_code == 503 and answer.headers["retry-after"] == "7"
+    assert answer.status_code == 503 and answer.headers["retry-after"] == wait_s
     assert answer.headers["content-type"].startswith("text/html")
-    assert "no worker came free" in answer.text and inputs(answer.text)["name"] == "typed before"
+    assert words in answer.text and inputs(answer.text)["name"] == "typed before"
 
 
 def test_control_and_bidirectional_characters_are_removed_from_names(client, check_request):

@@ -260,16 +260,17 @@ def _drawing(
             edges = (x, -0.5 * middle), (x, 0.5 * middle)
             at, level = (length, 2) if bushing else (x, 0)
             dimensions.append(Dimension(*edges, words_of("ø", middle), "y", at, level, "mid"))
-        x, greatest = max(_ends(varied), key=lambda end: end[1])
-        if bushing and words_of("ø", greatest) not in (words_of("ø", left), words_of("ø", middle)):
-            edges = (x, -0.5 * greatest), (x, 0.5 * greatest)
-            dimensions.append(Dimension(*edges, words_of("ø", greatest), "y", 0.0, -2, "greatest"))
     for level, drill in enumerate([drill for drill in drills if not drill.through], start=1):
         edges = (0.0, -0.5 * D), (drill.depth, -0.5 * D)
         words = f"{words_of('ø', drill.diameter)} × {drill.depth:.5g}"
         dimensions.append(Dimension(*edges, words, "x", -0.5 * D, -level, f"drill_{level}"))
     if not drills:
         dimensions += _corners(varied, length, D)
+    x, greatest = max(_ends(varied), key=lambda end: end[1])
+    if words_of("ø", greatest) not in {each.words.partition(" × ")[0] for each in dimensions} and greatest > 0.0:
+        edges = (x, -0.5 * greatest), (x, 0.5 * greatest)
+        at, level = (0.0, -2) if bushing else (x, 0)
+        dimensions.append(Dimension(*edges, words_of("ø", greatest), "y", at, level, "greatest"))
     kind = "bushing" if bushing else "pin"
     return Drawing(
         f"The {kind}, cut along its axis, to scale", tuple(shapes), tuple(dimensions), (),

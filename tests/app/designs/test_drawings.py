@@ -79,3 +79,22 @@ def test_the_drawing_of_a_free_bushing_has_its_greatest_diameter():
     sizes = [float(each.words.removeprefix("ø ")) for each in drawing.dimensions if each.words.startswith("ø ")]
     assert max(sizes) == pytest.approx(greatest, rel=1e-4)
     assert len(sizes) == 4  # end, middle, greatest, bore
+
+
+@pytest.mark.parametrize(
+    ("points", "sizes"),
+    [
+        ([(0, 10), (20, 13), (40, 11)], ["ø 10", "ø 11", "ø 13", "ø 21.99"]),
+        ([(0, 10), (15, 10), (15, 14), (25, 14), (25, 11)], ["ø 10", "ø 10 × 15", "ø 11", "ø 14 × 25", "ø 21.99"]),
+    ],
+    ids=["cones", "steps, whose sizes stand at their lengths"],
+)
+def test_the_drawing_of_a_given_profile_has_its_greatest_bore(points, sizes):
+    kind = KINDS["pin-profile"]
+    given = kind.example(Mode.CHECK) | {"profile": [{"x_mm": x, "bore_mm": d} for x, d in points]}
+    del given["bore_mm"]
+    request = kind.jobs[Mode.CHECK].request.model_validate(given)
+    answer = kind.jobs[Mode.CHECK].solve(request)
+    run = {"mode": "check", "status": answer.status, "result": answer.result, "spec": request.model_dump(mode="json")}
+    drawn = kind.part(run, None).drawing.dimensions
+    assert sorted(each.words for each in drawn if each.words.startswith("ø ")) == sizes

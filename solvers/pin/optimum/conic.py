@@ -29,6 +29,8 @@ from solvers.pin.stations.between_nodes import running_maximum_error
 _MAX_ITERATIONS = 12
 _TOLERANCE, _TOLERANCE_FRACTION = 1e-12, 1e-5
 """Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""
+_RESOLUTION = 1e-12
+"""Relative difference of walls that counts as rounding."""
 _MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
 """Stopping criteria: relative reduction of the gap per iteration, and the same as a fraction of the requested gap."""
 
@@ -42,6 +44,9 @@ def slope_limited_walls(program: Program, walls: Array) -> Array:
     if slope is None:
         return walls
     ramp = slope / unit * program.stations.x
+    if np.all(np.abs(np.diff(walls)) <= np.diff(ramp) + _RESOLUTION * walls[1:]):
+        # Differences with the ramp would take away digits of walls much thinner than it.
+        return walls
     forward = np.maximum.accumulate(walls + ramp) - ramp
     backward = np.maximum.accumulate((walls - ramp)[::-1])[::-1] + ramp
     return np.maximum(walls, np.maximum(forward, backward))
@@ -58,7 +63,10 @@ def slope_limited(program: Program, low: Array) -> Array:
 def slope_limit_error(program: Program, low: Array) -> Array:
     """Return the volume error of a slope-limited shape due to maxima of ``low`` between stations, per panel."""
     stations, slope, variable = program.stations, program.limits.max_slope, program.variable
-    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * stations.x
+    walls = variable.wall_of(low)
+    if slope_limited_walls(program, walls) is walls:
+        return np.zeros_like(stations.width)
+    thick, ramp = variable.unit_diameter * walls, slope * stations.x
     error = running_maximum_error(stations.x, stations.weight, thick + ramp, stations.span, True)
     error = error + running_maximum_error(stations.x, stations.weight, thick - ramp, stations.span, False)
     return variable.max_derivative(float(thick.max())) * error

@@ -149,6 +149,17 @@ def test_walls_thinner_than_rounding_of_a_diameter_are_designed_like_others(forc
     assert len(outcome.value.contour) < 200
 
 
+@pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)], ids=lambda form: form.name)
+@pytest.mark.parametrize("force", [3e-8, 3e-10])
+def test_a_slope_limit_that_nothing_reaches_changes_nothing(force, form):
+    """The limit's rise along the part has more digits than such walls: it took 9,000 stations, and masses were 1e-5 off."""
+    free = pin.design(pin.PinProblem(vaz(force), form=form)).value.check.mass
+    outcome = pin.design(pin.PinProblem(vaz(force), pin.Limits(max_slope=5e-3), form))
+    assert outcome.accuracy.met
+    assert outcome.accuracy.settings["stations"] < 200
+    assert outcome.value.check.mass == pytest.approx(free, rel=1e-7)
+
+
 def test_no_point_of_a_profile_lies_beyond_the_given_diameter():
     """Cubics, and rounding, may swing below a bore of zero and above the outer diameter."""
     D, half = GEOMETRY.outer_diameter, 0.5 * VAZ.geometry.length

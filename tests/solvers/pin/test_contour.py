@@ -152,7 +152,7 @@ def test_walls_thinner_than_rounding_of_a_diameter_are_designed_like_others(forc
 @pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)], ids=lambda form: form.name)
 @pytest.mark.parametrize("force", [3e-8, 3e-10])
 def test_a_slope_limit_that_nothing_reaches_changes_nothing(force, form):
-    """The limit's rise along the part has more digits than such walls: it took 9,000 stations, and masses were 1e-5 off."""
+    """The limit's rise along the part has more digits than such walls: 9,000 stations, and masses 1e-5 off."""
     free = pin.design(pin.PinProblem(vaz(force), form=form)).value.check.mass
     outcome = pin.design(pin.PinProblem(vaz(force), pin.Limits(max_slope=5e-3), form))
     assert outcome.accuracy.met

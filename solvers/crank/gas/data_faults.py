@@ -62,6 +62,10 @@ class Fault(NamedTuple):
     repaired: str = ""
     repair: Callable[[Points], Points] | None = None
 
+    def allows(self, points: Points) -> str:
+        """What is allowed, with the volumes [cm^3] in place of each {}."""
+        return self.allowed.format(f"{1e6 * points.low:.5g}", f"{1e6 * points.high:.5g}")
+
 
 @dataclass(frozen=True)
 class Repair:
@@ -190,8 +194,8 @@ TABLE_FAULTS = (
 STROKE_FAULTS = (
     Fault(
         _outside,
-        "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)",
-        "between the clearance volume and it plus the swept volume",
+        "lies outside the volumes of the cylinder",
+        "between {} and {} cm³, by clearance volume, bore and crank radius",
         "points outside the cylinder's volumes left out",
     ),
     Fault(
@@ -205,7 +209,7 @@ STROKE_FAULTS = (
     Fault(
         lambda p: np.isin(np.arange(p.x.size), [last for last, _ in _missing_ends(p)]),
         "is the last before a dead centre that the points do not reach",
-        "points from the clearance volume to it plus the swept volume",
+        "points from {} to {} cm³, by clearance volume, bore and crank radius",
         "pressure held to the dead centre",
         _extended,
     ),
@@ -243,7 +247,7 @@ def require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
     """Raise InvalidInput, naming the field's first offending point, for data with one of these faults."""
     found = _first_fault(points, faults)
     if found is not None:
-        raise InvalidInput(f"{field}.{found[1]}", found[0].reason, found[0].allowed)
+        raise InvalidInput(f"{field}.{found[1]}", found[0].reason, found[0].allows(points))
 
 
 def repaired(points: Points, faults: Sequence[Fault], field: str, least: int) -> tuple[Points, list[Repair]]:
@@ -254,7 +258,7 @@ def repaired(points: Points, faults: Sequence[Fault], field: str, least: int) ->
         if fault.repaired:
             mended = fault.repair(points) if fault.repair else points.select(~fault.offending(points))
         if mended is points or mended.x.size < least or len(repairs) == _MAX_ROUNDS:
-            raise InvalidInput(f"{field}.{index}", fault.reason + "; this cannot be repaired", fault.allowed)
+            raise InvalidInput(f"{field}.{index}", fault.reason + "; this cannot be repaired", fault.allows(points))
         points = mended
         repairs.append(Repair(f"{field}.{index}", fault.repaired))
     return points, repairs

@@ -131,8 +131,10 @@ def test_volumes_in_another_unit_cannot_be_repaired():
     tiny = crank.IndicatorPressure(
         tuple(replace(s, volume=tuple(v * 1e3 for v in s.volume)) for s in diagram().strokes)
     )
-    with pytest.raises(InvalidInput, match="cannot be repaired"):
+    with pytest.raises(InvalidInput, match="cannot be repaired") as refusal:
         crank.repaired_indicator(tiny, CYLINDER, CAR.motion)
+    low, high = CYLINDER.clearance_volume * 1e6, (CYLINDER.clearance_volume + CYLINDER.area * CAR.motion.stroke) * 1e6
+    assert refusal.value.allowed.startswith(f"between {low:.5g} and {high:.5g} cm³")
 
 
 DEG = math.pi / 180

@@ -250,9 +250,15 @@ class Asked:
         return canonical_json([self.kind, self.mode, self.name, self.detail])
 
 
+_A_FIELD = "a dotted field of the request, such as geometry.outer_diameter_mm"
+
+
 def table_source(ask: Asked, names: tuple[str, ...], delimiter: str = "") -> Source:
     """The source description of a table, a CSV if it has a delimiter. Raises Problem for a column that is not a
     field."""
+    if "" in names:
+        nameless = entry("", f"has no name for column {names.index('') + 1}", _A_FIELD)
+        raise Problem(422, INVALID, "the columns do not fit", [nameless])
     _check_columns(ask, names, "")
     texts_of = texts(ask.kind, ask.mode, names)
     if not delimiter:
@@ -274,10 +280,9 @@ def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
         ]
     else:
         strange = unknown(ask.kind, ask.mode, names)[:20]
-        allowed = "a dotted field of the request, such as geometry.outer_diameter_mm"
         known = field_names(ask.kind, ask.mode)
         why = "is no field of this kind and mode"
-        found = [entry(f"{at}/{name[:200]}", with_suggestion(why, name, known), allowed) for name in strange]
+        found = [entry(f"{at}/{name[:200]}", with_suggestion(why, name, known), _A_FIELD) for name in strange]
     if found:
         raise Problem(422, INVALID, "the columns do not fit", found)
 

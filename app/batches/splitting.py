@@ -156,7 +156,9 @@ def _delimiter_of(line: bytes) -> bytes:
 
 
 def header_of(row: Row) -> tuple[tuple[str, ...], str]:
-    """The column names in the first row of a CSV, and what separates them. Raises UnreadableRow."""
+    """The column names in the first row of a CSV, without the empty cells that spreadsheets leave at its end, and what
+    separates them. Raises UnreadableRow."""
     first = row.content.partition(b"\n")[0].partition(b"\r")[0]
     delimiter = _delimiter_of(first).decode()
-    return tuple(name.strip() for name in record(row, delimiter)), delimiter
+    names = [name.strip() for name in record(row, delimiter)]
+    return tuple(names[: max((k for k, name in enumerate(names, 1) if name), default=0)]), delimiter

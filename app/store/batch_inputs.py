@@ -91,10 +91,11 @@ class Source:
 
     def _cells(self, row: Row) -> list[Any]:
         texts = record(row, self.delimiter)
-        if len(texts) != len(self.columns):
-            raise UnreadableRow(
-                f"has {len(texts)} cells where the header has {len(self.columns)}", "a cell for each column"
-            )
+        width = len(self.columns)
+        if len(texts) > width and not any(cell.strip() for cell in texts[width:]):
+            texts = texts[:width]
+        if len(texts) != width:
+            raise UnreadableRow(f"has {len(texts)} cells where the header has {width}", "a cell for each column")
         return [self._cell(name, text) for name, text in zip(self.columns, texts, strict=True)]
 
     def _cell(self, name: str, text: str) -> Any:

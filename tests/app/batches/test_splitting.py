@@ -9,8 +9,10 @@ from collections.abc import Iterator
 
 import pytest
 
+from app.batches.service import Asked, table_source
 from app.batches.splitting import LONGEST_QUOTED, LONGEST_ROW, Lines, Records, header_of
-from app.store.batch_inputs import Row, Source
+from app.errors import Problem
+from app.store.batch_inputs import Row, Source, UnreadableRow
 
 
 def cut(data: bytes, size: int) -> list[Row]:
@@ -116,3 +118,21 @@ def test_rows_of_empty_cells_are_left_out(empty: str) -> None:
     rows = cut(f"{empty}\na,b,c\n{empty}\n1,2,3\n{empty}\n\n".encode(), 64)
     assert rows == [Row(2, b"a,b,c"), Row(4, b"1,2,3")]
     assert cut(b'a,b\n"""",\n', 64) == [Row(1, b"a,b"), Row(2, b'"""",')]
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+def test_empty_cells_at_the_ends_of_lines_are_no_columns(separator: str) -> None:
+    """Spreadsheets write them for columns that were emptied."""
+    header, full, short = cut(b"gap_mm,bore_mm,, \n1,12,,\n1,12\n".replace(b",", separator.encode()), 64)
+    names, found = header_of(header)
+    assert (names, found) == (("gap_mm", "bore_mm"), separator)
+    source = Source("csv", names, delimiter=found)
+    assert source.body(full) == source.body(short) == {"gap_mm": 1, "bore_mm": 12}
+    with pytest.raises(UnreadableRow, match="has 4 cells where the header has 2"):
+        source.body(Row(2, separator.join(("1", "12", "", "3")).encode()))
+
+
+def test_a_column_without_a_name_is_refused_by_its_place() -> None:
+    with pytest.raises(Problem) as refused:
+        table_source(Asked("pin-profile", "check"), ("bore_mm", "", "load.force_n"), ",")
+    assert refused.value.body["errors"][0]["detail"] == "has no name for column 2"

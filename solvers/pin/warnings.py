@@ -1,4 +1,5 @@
-"""Warnings of a check: strength, wall, deflection, ovalization and hoop stress beyond their limits."""
+"""Warnings of a check: strength, wall, deflection, ovalization and hoop stress beyond their limits, and deformations
+beyond the theory."""
 
 from __future__ import annotations
 
@@ -13,6 +14,9 @@ from solvers.pin.result import PinCheck
 from solvers.pin.scene import Limits, Scene
 from solvers.pin.section.strength import SLACK
 from solvers.verdict import per_cent
+
+_SMALL = 0.1
+"""Deflection over length, and ovalization over diameter, up to which the linear theory of beams and rings is used."""
 
 
 def warnings_of(
@@ -38,6 +42,9 @@ def warnings_of(
     if limits.max_deflection is not None and not _within(check.deflection, limits.max_deflection):
         deflection = math.inf if check.deflection is None else check.deflection * 1e6
         messages.append(f"the deflection of {deflection:.4g} µm exceeds its limit")
+    growth = 0.0 if ring is None else ring.ovalization
+    if (check.deflection or 0.0) > _SMALL * scene.geometry.length or growth > _SMALL * check.max_outer:
+        messages.append("the deformation exceeds a tenth of length or diameter: beyond the small-deformation theory")
     if ring is None or scene.force == 0.0:
         return tuple(messages)
     # The beam model does not cover the ring.

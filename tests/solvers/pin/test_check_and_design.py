@@ -329,3 +329,11 @@ def test_the_places_where_the_strength_is_exceeded_are_those_of_the_whole_pin(x,
     where = place[over & (y == place)] if "mirrored" in warning else place[over]
     # Interpolated between stations.
     assert (where[0], where[-1]) == pytest.approx((first, last), abs=1e-4)
+
+
+@pytest.mark.parametrize(("modulus", "beyond"), [(210e9, False), (1e9, False), (0.5e9, True)])
+def test_deformations_beyond_the_theory_are_told(modulus, beyond):
+    """Of the paper's pin, which is 80 mm long: 5.5 mm and, of the diameter of 22 mm, 3.9 mm at 0.5 GPa."""
+    scene = replace(VAZ, material=replace(VAZ.material, elastic_modulus=modulus))
+    value = pin.check(scene, pin.Profile((0.0,), (13.9e-3,))).value
+    assert any("small-deformation theory" in warning for warning in value.warnings) == beyond

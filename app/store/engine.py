@@ -101,7 +101,7 @@ def make_engine(url: str, long_running: bool = False) -> Engine:
 def sqlite_address(file: Path | str) -> str:
     """The URI by which SQLite opens a file. Without permission to write in its folder, not even a reader can make the
     files that WAL needs; where none are beside it nobody has it open, and it is read as a file that does not change."""
-    path = Path(file).absolute()
+    path = Path(file).resolve()
     is_closed = path.exists() and not any(path.with_name(path.name + rest).exists() for rest in ("-wal", "-journal"))
     can_write = os.access(path.parent, os.W_OK) and os.access(path, os.W_OK)
     return path.as_uri() + ("?mode=ro&immutable=1" if is_closed and not can_write else "")

@@ -225,7 +225,7 @@ class StripSearch:
                 limits[rows.STABILITY] -= 1e-6
             else:
                 margin *= self.accuracy
-                limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
+                limits = dict(context.corrected_core_limits(outcome.value, margin))
             latest = search(core.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = self._requirements_as_objectives(context)
         compose = partial(self._answers(context).infeasible, attainable, core.proof, core.strip, (), None)
@@ -305,7 +305,7 @@ class StripSearch:
         if context.coarse is None or self.out_of_time:
             return
         found = optimum or Optimum(context.coarse.best())
-        best, *ends = (replace(end, at=replace(end.at, memory=None)) for end in (found.local, *context.coarse.results))
+        best, *ends = (replace(end, at=replace(end.at, rows=None)) for end in (found.local, *context.coarse.results))
         self.earlier = EarlierSearch(replace(found, local=best), tuple(ends), chosen, complete=optimum is not None)
 
     def _earlier_search(self, chosen: frozenset[str]) -> EarlierSearch | None:

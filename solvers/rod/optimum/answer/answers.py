@@ -91,7 +91,7 @@ class Answers:
         limits = context.task.limits
         if nearest is not None:
             check, excess = nearest.local.at.outcome.value, nearest.local.at.excess
-            limits = context.corrected_core_limits(strip, check)
+            limits = context.corrected_core_limits(check)
         influence = self.influence(strip, beyond)
         core = CoreOptima(
             context.cycle, context.sizes, context.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)

@@ -18,7 +18,7 @@ from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.optimum.sqp import (
     TOLERANCE,
-    MemoisedRows,
+    ActiveRows,
     Program,
     SlsqpResult,
     program,
@@ -65,27 +65,26 @@ def polish(
     x = np.clip(np.log([start.b, start.h, start.l]), box[:, 0], box[:, 1])
     required = required_results(objective, limits)
     peaks = cycle.peaks(Dimensions(*np.exp(x).tolist()), required)
-    memory = MemoisedRows(cycle.rows_near(peaks, required))
-    p = program(objective, limits, memory.active.layout, _MARGIN)
-    values = memory.values(x)
-    initial, cost, violation = (x, peaks, memory.active), p.cost(values), p.violation(values)
+    active = cycle.rows_near(peaks, required)
+    p = program(objective, limits, active.layout, _MARGIN)
+    values = active.values(x)
+    initial, cost, violation = (x, peaks, active), p.cost(values), p.violation(values)
     initial_cost = cost if violation <= _MAX_VIOLATION else math.inf
     for _ in range(_ROUNDS):
-        step = _within_limits(memory, p, box, run_slsqp(memory, p, box, x, tolerance))
+        step = _within_limits(active, p, box, run_slsqp(active, p, box, x, tolerance))
         converged = float(np.max(np.abs(step.x - x))) < _STATIONARY_STEP
         x, cost, violation = step.x, step.cost, step.violation
         if converged:
             break
         peaks = cycle.peaks(Dimensions(*np.exp(x).tolist()), required).merged_with(peaks)
-        memory = MemoisedRows(cycle.rows_near(peaks, required))
-        p, values = program(objective, limits, memory.active.layout, _MARGIN), memory.values(x)
+        active = cycle.rows_near(peaks, required)
+        p, values = program(objective, limits, active.layout, _MARGIN), active.values(x)
         change = max(abs(p.cost(values) - cost), abs(p.violation(values) - violation))
         cost, violation = p.cost(values), p.violation(values)
         if change < tolerance:
-            step = _within_limits(memory, p, box, SlsqpResult(x, cost, violation))
+            step = _within_limits(active, p, box, SlsqpResult(x, cost, violation))
             x, cost, violation = step.x, step.cost, step.violation
             break
-    active = memory.active
     if violation > _MAX_VIOLATION or cost > initial_cost:
         if initial_cost == math.inf:
             return None
@@ -93,10 +92,10 @@ def polish(
     return Polished(dimensions_within(bounds, x), cost, peaks, active)
 
 
-def _within_limits(memory: MemoisedRows, p: Program, box: np.ndarray, step: SlsqpResult) -> SlsqpResult:
+def _within_limits(active: ActiveRows, p: Program, box: np.ndarray, step: SlsqpResult) -> SlsqpResult:
     """The result of a run led back within limits that it slightly exceeds."""
     if step.violation > _MAX_VIOLATION and math.isfinite(step.violation):
-        return restore_feasibility(memory, p, box, step.x)
+        return restore_feasibility(active, p, box, step.x)
     return step
 
 

@@ -10,14 +10,14 @@ from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, search
 from solvers.rod.optimum.search.earlier_search import EarlierSearch
-from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, is_among, local_search
+from solvers.rod.optimum.search.local_search import LocalResult, Task, is_among, local_search
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.problem import Bounds, RodProblem
@@ -168,10 +168,6 @@ class Context:
         feasible = [o for o in checks if self.available(o.value.dimensions)]
         return feasible if feasible or self.coarse is None else self.coarse.feasible_checks()
 
-    def cost(self, outcome: Outcome[RodCheck]) -> float:
-        """The ln objective of a check."""
-        return self.problem.objective.log_cost(outcome.value, self.model.scene)
-
     def available(self, d: Dimensions) -> bool:
         """Whether a strip's sizes are available."""
         nearest = self.sizes.around(d)
@@ -181,25 +177,17 @@ class Context:
     def best_so_far(self) -> Optimum | None:
         """The best feasible strip checked so far, when the search ends early; None if there is none."""
         self.model.watch = no_watch
-        for known in sorted(self.feasible_checks(), key=self.cost):
-            d = known.value.dimensions
-            outcome = self.model.check(d)
+        for known in sorted(self.feasible_checks(), key=lambda outcome: self.task.cost(outcome.value)):
+            outcome = self.model.check(known.value.dimensions)
             if self.problem.requirements.met_by(outcome.value):
-                at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
-                return Optimum(LocalResult(at, math.inf))
+                return Optimum(LocalResult(self.task.iterate(outcome), math.inf))
         return None
 
-    def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:
-        """The limits for the core, shifted by the difference of its rows from the full model's at a strip and tightened
-        by ``margin``."""
-        values = self.cycle.rows(d, self.model.required)
-        values[rows.STABILITY] = max(values[rows.STABILITY], values[rows.SIDEWAYS])
-        limits = dict(self.task.limits)
-        for c in CONSTRAINTS:
-            if c.row in limits:
-                exact = c.result.log_cost(check, self.model.scene)
-                shift = exact - values[c.row] if math.isfinite(exact) else 0.0
-                limits[c.row] -= shift + margin
+    def corrected_core_limits(self, check: RodCheck, margin: float = 0.0) -> Limits:
+        """The limits for the core, shifted by the difference of its rows from the full model's at a checked strip and
+        tightened by ``margin``."""
+        limits = self.task.shifted_limits(check, self.cycle.rows(check.dimensions, self.model.required))
+        limits = {row: limit - margin for row, limit in limits.items()}
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
         return limits
 
@@ -209,7 +197,7 @@ class Context:
         if objective.is_geometric:
             return 0.0
         values = self.cycle.rows(d, self.model.required)
-        exact = self.cost(self.model.check(d))
+        exact = self.task.cost(self.model.check(d).value)
         return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
 
     def shifted_core(self, limits: Limits) -> Proof:

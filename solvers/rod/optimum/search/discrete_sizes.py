@@ -97,7 +97,7 @@ def _search_from_core(context: Context, starts: Sequence[Dimensions], tried: set
         result = _search_slice(context, strip, tried)
         if result is None:
             break
-        limits = context.corrected_core_limits(result.at.dimensions, result.at.outcome.value)
+        limits = context.corrected_core_limits(result.at.outcome.value)
         proof = context.shifted_core(limits)
         if proof.best is None or _slice_key(context, proof.best.dimensions) in tried:
             break
@@ -164,7 +164,7 @@ def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult,
     """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
     better than ``best``; returns whether one is."""
     check = centre.at.outcome.value
-    limits = context.corrected_core_limits(check.dimensions, check)
+    limits = context.corrected_core_limits(check)
     incumbent = best.at.log_cost if best.feasible else math.inf
     shift = context.objective_correction(check.dimensions)
     promising = []
@@ -189,7 +189,7 @@ def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate
     free = [high > low for low, high in (slice_bounds.b, slice_bounds.h, slice_bounds.l)]
     if not context.model.has_resonances or not any(free):
         return strip
-    x, slope = logarithms(strip), log_frequency_ratio_gradient(other.memory.active.base_cycle)
+    x, slope = logarithms(strip), log_frequency_ratio_gradient(other.rows.base_cycle)
     direction = np.where(free, slope, 0.0)
     return dimensions_within(slice_bounds, x - direction * float(slope @ (x - other.x)) / float(direction @ direction))
 

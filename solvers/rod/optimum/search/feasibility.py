@@ -16,8 +16,8 @@ from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.optimum.search.context import Context
-from solvers.rod.optimum.search.local_search import Iterate, LocalResult, max_excess
-from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, required_results, run_slsqp
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult
+from solvers.rod.optimum.sqp import feasibility_program, required_results, run_slsqp
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -54,14 +54,14 @@ def _local_minimum(
     required, box, strip = required_results(MASS, limits), bounds.logarithms, start
     peaks, best = cycle.peaks(strip, required), None
     for _ in range(_ROUNDS):
-        memory, x = MemoisedRows(cycle.rows_near(peaks, required)), logarithms(strip)
-        p = feasibility_program(limits, memory.active.layout)
-        if memory.values(x)[rows.STABILITY] >= 0.0:
+        active, x = cycle.rows_near(peaks, required), logarithms(strip)
+        p, values = feasibility_program(limits, active.layout), active.values(x)
+        if values[rows.STABILITY] >= 0.0:
             break
-        excess = p.cost(memory.values(x))
+        excess = p.cost(values)
         if best is None or excess < best[0]:
             best = excess, strip
-        step = run_slsqp(memory, p, box, x, _TOLERANCE, _ITERATIONS)
+        step = run_slsqp(active, p, box, x, _TOLERANCE, _ITERATIONS)
         if not step.cost < best[0] - _TOLERANCE:
             break
         strip = dimensions_within(bounds, step.x)
@@ -94,11 +94,8 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
 
 def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None:
     """The iterate of a strip with its check, without the model of its rows; None if it buckles."""
-    outcome, task = context.model.check(strip), context.task
-    if outcome.value.stresses is None:
-        return None
-    excess = max_excess(task, outcome.value)
-    return Iterate(logarithms(strip), outcome, context.cost(outcome), excess, None, task.limits)
+    outcome = context.model.check(strip)
+    return None if outcome.value.stresses is None else context.task.iterate(outcome)
 
 
 def _spread_strips(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:

@@ -98,7 +98,6 @@ class Gaps:
 
     def next_start(self, best: Iterate, is_untried: Callable[[Dimensions], bool]) -> Dimensions | None:
         """The most promising start in another gap; None if there is none."""
-        active = best.memory.active
         if all(best is not origin for origin in self.origins):
             self.exclude(best)
             self._add_path(best)
@@ -108,7 +107,7 @@ class Gaps:
             # By identity, since arrays have no equality.
             self.candidates = [p for p in self.candidates if p is not point]
             for x in self._start_points(best, point):
-                d = dimensions_of(x, active.model.scene)
+                d = dimensions_of(x, best.rows.model.scene)
                 if is_untried(d):
                     self.tried_ratios.append(point.ratio)
                     return d
@@ -126,7 +125,7 @@ class Gaps:
 
     def exclude(self, iterate: Iterate) -> None:
         """Exclude starts near the result of a search."""
-        self.tried_ratios.append(math.exp(log_frequency_ratio(iterate.memory.active.base_cycle)))
+        self.tried_ratios.append(math.exp(log_frequency_ratio(iterate.rows.base_cycle)))
 
     def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
@@ -136,7 +135,7 @@ class Gaps:
     def _start_points(self, best: Iterate, point: PathPoint) -> list[Array]:
         """The strip on the path, the one restored to the limits, and the one restored by the model at its own peaks and
         corrections, the best first."""
-        previous = best.memory.active
+        previous = best.rows
         d = dimensions_of(point.x, previous.model.scene)
         active = previous.model.rows_near(previous.model.peaks(d).merged_with(previous.peaks), d)
         p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
@@ -161,7 +160,7 @@ class Gaps:
 
     def _path(self, best: Iterate, direction: float) -> list[PathPoint]:
         """The cheapest strips of increasing (``direction`` 1) or decreasing Omega at ratios not followed before."""
-        active, x, out = best.memory.active, best.x, []
+        active, x, out = best.rows, best.x, []
         ratio = log_frequency_ratio(active.base_cycle)
         last_ratio, step = ratio + direction * _GAPS * math.exp(-ratio), direction * math.exp(-ratio) / _STEPS
         least_cost = self._at_ratio(best, active)

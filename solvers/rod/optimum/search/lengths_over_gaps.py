@@ -15,7 +15,7 @@ from solvers.rod.optimum.core.local_optimum import polish
 from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.search.at_ratio import PENALTY
 from solvers.rod.optimum.search.context import Context
-from solvers.rod.optimum.search.local_search import Iterate, max_excess
+from solvers.rod.optimum.search.local_search import Iterate
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -46,7 +46,7 @@ def _centres(context: Context, best: Iterate) -> Iterator[Dimensions]:
     """The best strip and, for each neighbouring thickness, the optimum of the corrected core."""
     check, sizes = best.outcome.value, context.sizes
     d, bounds = check.dimensions, context.sizes.bounds
-    limits = context.corrected_core_limits(d, check, -_MODEL_ERROR)
+    limits = context.corrected_core_limits(check, -_MODEL_ERROR)
     correction = context.objective_correction(d)
     for height in sizes.stock_near(d.h, 1):
         centre = d
@@ -62,7 +62,7 @@ def _centres(context: Context, best: Iterate) -> Iterator[Dimensions]:
 
 def _row(context: Context, centre: Dimensions, best: Iterate) -> list[tuple[float, Dimensions]]:
     """Merits and strips of a row of lengths around a strip, in the order of length."""
-    cycle, step, (shortest, longest) = best.memory.active.base_cycle, context.sizes.step_l, context.sizes.bounds.l
+    cycle, step, (shortest, longest) = best.rows.base_cycle, context.sizes.step_l, context.sizes.bounds.l
     gap = centre.l * math.exp(-log_frequency_ratio(cycle)) / abs(log_frequency_ratio_gradient(cycle)[2])
     stride = gap / _PER_GAP
     if step is not None:
@@ -106,4 +106,4 @@ def _merit(context: Context, d: Dimensions) -> float:
     outcome = context.model.check(d)
     if outcome.value.stresses is None:
         return math.inf
-    return context.cost(outcome) + PENALTY * max_excess(context.task, outcome.value)
+    return context.task.cost(outcome.value) + PENALTY * context.task.excess(outcome.value)

@@ -8,8 +8,8 @@ trust region. The search ends at a strip that is feasible by the exact check and
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,7 +22,7 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, run_slsqp
+from solvers.rod.optimum.sqp import program, restore_feasibility, run_slsqp
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -71,20 +71,52 @@ class Task:
         """The limits by row of the search."""
         return self.problem.requirements.limits(self.problem.scene)
 
+    def cost(self, check: RodCheck) -> float:
+        """The ln objective of a check."""
+        return self.problem.objective.log_cost(check, self.problem.scene)
+
+    def excess(self, check: RodCheck) -> float:
+        """The largest logarithmic excess of a check over a limit; 0 if it meets every requirement."""
+        # Compared as a user would compare the values, not by logarithms.
+        if self.problem.requirements.met_by(check):
+            return 0.0
+        excesses = (exact - self.limits[row] for row, exact in self._limited_rows(check))
+        return max(max(excesses, default=0.0), MIN_EXCESS)
+
+    def shifted_limits(self, check: RodCheck, values: Array) -> Limits:
+        """The limits, each shifted by the difference of the exact value of its row from a model's ``values``."""
+        limits = dict(self.limits)
+        for row, exact in self._limited_rows(check):
+            value = max(values[rows.STABILITY], values[rows.SIDEWAYS]) if row == rows.STABILITY else values[row]
+            if math.isfinite(exact) and value > rows.NEVER_COMPRESSED:
+                limits[row] -= exact - value
+        return limits
+
+    def _limited_rows(self, check: RodCheck) -> Iterator[tuple[int, float]]:
+        """The rows that are limited, and their exact values."""
+        return ((c.row, c.result.log_cost(check, self.problem.scene)) for c in CONSTRAINTS if c.row in self.limits)
+
+    def iterate(self, outcome: Outcome[RodCheck], near: FullRows | None = None) -> Iterate:
+        """A strip with its check and, if given, the model of the rows near it."""
+        check = outcome.value
+        x = logarithms(check.dimensions)
+        limits = self.limits if near is None else self.shifted_limits(check, near.values(x))
+        return Iterate(x, outcome, self.cost(check), self.excess(check), near, limits)
+
 
 @dataclass(frozen=True)
 class Iterate:
     """A strip with its exact check and the model there: all rows, and limits shifted to agree with the check.
 
-    ``excess`` is the largest logarithmic excess over a limit. There is no model (``memory`` None) of a strip that was
-    only checked.
+    ``excess`` is the largest logarithmic excess over a limit. A strip that was only checked has no model (``rows``
+    None).
     """
 
     x: Array
     outcome: Outcome[RodCheck]
     log_cost: float
     excess: float
-    memory: MemoisedRows | None
+    rows: FullRows | None
     limits: Limits
 
     @property
@@ -149,7 +181,7 @@ def local_search(
             break
         if step_length == 0.0 or radius < model.min_radius:
             break
-        trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.memory.active)
+        trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.rows)
         if model.is_excited_by_corners and trial is not None and 0.0 < trial.excess < predicted and current.feasible:
             trial = _second_order_correction(model, task, bounds, trial, step_length, min_gain)
         actual = -math.inf if trial is None else _merit(current) - _merit(trial)
@@ -163,7 +195,10 @@ def local_search(
             current = trial
         else:
             # The model at the iterate must represent the peaks at the rejected strip, too.
-            current, previous = _with_peaks_of(model, task, current, trial), current
+            current, previous = (
+                task.iterate(current.outcome, model.rows_near(trial.rows.peaks, current.dimensions)),
+                current,
+            )
             best = current if best is previous else best
         if _is_better(trial, best):
             best = trial
@@ -181,7 +216,7 @@ def _second_order_correction(
     Optimization, 2006, 15.5 and 15.6).
     """
     step, _ = _model_step(task, bounds.logarithms, trial, radius, min_gain)
-    other = evaluate_iterate(model, task, dimensions_within(bounds, step), trial.memory.active)
+    other = evaluate_iterate(model, task, dimensions_within(bounds, step), trial.rows)
     return trial if other is None or _merit(other) > _merit(trial) else other
 
 
@@ -203,44 +238,11 @@ def is_among(x: Array, results: Sequence[LocalResult]) -> bool:
 
 def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None) -> Iterate | None:
     """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles."""
-    outcome, x = model.check(d), logarithms(d)
-    check = outcome.value
-    if check.stresses is None:
+    outcome = model.check(d)
+    if outcome.value.stresses is None:
         return None
     peaks = model.peaks(d)
-    memory = MemoisedRows(model.rows_near(peaks if earlier is None else peaks.merged_with(earlier.peaks), d))
-    limits = _shifted_limits(model, task, check, memory.values(x))
-    cost = task.problem.objective.log_cost(check, model.scene)
-    return Iterate(x, outcome, cost, max_excess(task, check), memory, limits)
-
-
-def _with_peaks_of(model: FullModel, task: Task, current: Iterate, other: Iterate) -> Iterate:
-    """The same iterate with a model that includes the peaks of another."""
-    check = current.outcome.value
-    memory = MemoisedRows(model.rows_near(other.memory.active.peaks, check.dimensions))
-    return replace(current, memory=memory, limits=_shifted_limits(model, task, check, memory.values(current.x)))
-
-
-def _shifted_limits(model: FullModel, task: Task, check: RodCheck, values: Array) -> Limits:
-    """The limits, each shifted by the difference of the exact value of its row from the model's."""
-    exact = {c.row: c.result.log_cost(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
-    return {row: limit - _model_error(exact.get(row), values, row) for row, limit in task.limits.items()}
-
-
-def max_excess(task: Task, check: RodCheck) -> float:
-    """The largest logarithmic excess of a check over a limit; 0 if it meets every requirement."""
-    # Compared as a user would compare the values, not by logarithms.
-    if task.problem.requirements.met_by(check):
-        return 0.0
-    scene = task.problem.scene
-    excesses = (c.result.log_cost(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
-    return max(max(excesses, default=0.0), MIN_EXCESS)
-
-
-def _model_error(exact: float | None, values: Array, row: int) -> float:
-    """Difference of the exact value of a row from the model's."""
-    value = max(values[rows.STABILITY], values[rows.SIDEWAYS]) if row == rows.STABILITY else values[row]
-    return exact - value if exact is not None and math.isfinite(exact) and value > rows.NEVER_COMPRESSED else 0.0
+    return task.iterate(outcome, model.rows_near(peaks if earlier is None else peaks.merged_with(earlier.peaks), d))
 
 
 def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array) -> Iterate | None:
@@ -257,13 +259,13 @@ def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array
 def _model_step(task: Task, box: Array, current: Iterate, radius: float, min_gain: float) -> tuple[Array, float]:
     """The model's optimum within the trust region, and the predicted reduction of the merit function."""
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
-    values = current.memory.values(current.x)
-    p = program(task.problem.objective, current.limits, current.memory.active.layout, task.margin)
-    step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * min_gain, _SLSQP_ITERATIONS)
+    values = current.rows.values(current.x)
+    p = program(task.problem.objective, current.limits, current.rows.layout, task.margin)
+    step = run_slsqp(current.rows, p, trust_box, current.x, 0.1 * min_gain, _SLSQP_ITERATIONS)
     if step.violation > task.margin:
         # Where a violation is hardly above rounding SLSQP finds no descent: to first order, its merit function is
         # constant along the step to the limit.
-        step = restore_feasibility(current.memory, p, trust_box, step.x)
+        step = restore_feasibility(current.rows, p, trust_box, step.x)
     gain = p.cost(values) - step.cost
     if not current.feasible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))

@@ -21,10 +21,10 @@ _MAX_STEP = 0.1
 
 def first_order_conditions(context: Context, at: Iterate) -> Stationarity:
     """First-order optimality conditions of the full model at an iterate."""
-    values, slopes = at.memory.values(at.x), at.memory.jacobian(at.x)
+    values, slopes = at.rows.values(at.x), at.rows.jacobian(at.x)
     tolerance = max(1e-6, 10.0 * context.task.margin)
     return stationarity(
-        values, slopes, at.memory.active.layout, context.problem.objective, at.limits, context.sizes,
+        values, slopes, at.rows.layout, context.problem.objective, at.limits, context.sizes,
         at.dimensions, tolerance,
     )  # fmt: skip
 
@@ -37,11 +37,11 @@ def second_order(at: Iterate, conditions: Stationarity, bounds: Bounds) -> Secon
     directions, slope = conditions.tangent, conditions.tangent @ conditions.residual
     if not len(directions):
         return SecondOrder(None, 0.0, ())
-    active, lagrangian = at.memory.active, conditions.weights
-    centre = float(lagrangian @ active.corrected_values(at.x))
+    lagrangian = conditions.weights
+    centre = float(lagrangian @ at.rows.corrected_values(at.x))
 
     def second(direction: Array) -> float:
-        ahead, behind = (active.corrected_values(at.x + side * CURVATURE_STEP * direction) for side in (1.0, -1.0))
+        ahead, behind = (at.rows.corrected_values(at.x + side * CURVATURE_STEP * direction) for side in (1.0, -1.0))
         return (float(lagrangian @ ahead) + float(lagrangian @ behind) - 2.0 * centre) / CURVATURE_STEP**2
 
     matrix = np.diag([second(direction) for direction in directions])

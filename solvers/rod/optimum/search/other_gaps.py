@@ -25,8 +25,6 @@ _TIE = 5e-3
 """Difference in ln objective within which a result in another gap starts a search path of its own."""
 _FINE_RADIUS = 2e-3
 """First radius of searches at full accuracy, in ln b, ln h, ln l."""
-_MAX_REFINEMENTS = 3
-"""Maximum number of successive searches at full accuracy towards one local optimum."""
 _SEEN_MARGIN, _ASSUMED_SHARE = 3.0, 0.03
 """Factors on the error of one coarse result, and on its assumed error, that bound the errors of others."""
 _MAX_CANDIDATES = 3
@@ -78,19 +76,11 @@ def refined_best(
     for result in candidates:
         strip, incumbent = result.at.dimensions, finer.incumbent
         if context.model.is_excited_by_corners and math.isfinite(incumbent):
-            seen = abs(context.cost(context.model.check(first.dimensions)) - first.log_cost)
+            seen = abs(context.task.cost(context.model.check(first.dimensions).value) - first.log_cost)
             error = max(_SEEN_MARGIN * seen, _ASSUMED_SHARE * first.outcome.accuracy.estimated)
             if result.at.log_cost - result.predicted_gain - error > incumbent:
                 continue
-        for _ in range(_MAX_REFINEMENTS):
-            result = finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
-            if result is None or not result.feasible:
-                break
-            if result.at.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
-                break
-            previous, strip = strip, result.at.dimensions
-            if result.predicted_gain <= max(context.model.accuracy, finer.min_gain(result)) or strip == previous:
-                break
+        finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
     return finer.best()
 
 
@@ -103,7 +93,7 @@ def optimum_near(context: Context, strip: Dimensions) -> Optimum | None:
     if best is None:
         return None
     coarse.results.append(best)
-    ratio = math.exp(log_frequency_ratio(best.at.memory.active.base_cycle))
+    ratio = math.exp(log_frequency_ratio(best.at.rows.base_cycle))
     return Optimum(best, ratio_range=(ratio, ratio))
 
 

@@ -31,7 +31,7 @@ def optima_at_other_lengths(context: Context, best: Iterate) -> list[Dimensions]
     The core's limits are corrected by the full model's at the best strip.
     """
     d, found = best.dimensions, []
-    limits = context.corrected_core_limits(d, best.outcome.value)
+    limits = context.corrected_core_limits(best.outcome.value)
 
     def optimum(middle: float) -> Polished | None:
         low, high = (

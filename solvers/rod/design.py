@@ -173,7 +173,7 @@ class _Design:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)
 
-    def other_design(self, effects: EffectSelection, problem: RodProblem, suffices: Suffices) -> AttainableBest | None:
+    def other_design(self, effects: frozenset[str], problem: RodProblem, suffices: Suffices) -> AttainableBest | None:
         """The design of another problem in the same scene, which selects its own effects whichever it begins with; None
         if infeasible or if no time is left. Raises ``Sufficient`` at the first strip whose check suffices."""
         if not in_time(self.watch):
@@ -184,7 +184,7 @@ class _Design:
         return self.other_designs[key]
 
     def attainable_best(
-        self, effects: EffectSelection, problem: RodProblem, suffices: Suffices
+        self, effects: frozenset[str], problem: RodProblem, suffices: Suffices
     ) -> AttainableBest | None:
         """The design of another problem, which begins with given effects and selects its own at its result; known
         strips that nearly meet its requirements are further starts."""
@@ -197,7 +197,7 @@ class _Design:
             if nearly.met_by(check) and (name == problem.objective.name or not asked.met_by(check))
         )
         other = replace(self, problem=problem, relaxes=False, known=known, suffices=suffices)
-        result = other.result_with_selected_effects(given=effects.include)
+        result = other.result_with_selected_effects(given=effects)
         if not result.feasible:
             return None
         outcome = result.compose_answer()

@@ -16,7 +16,7 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.effects import EFFECTS, choose_for, compose
+from solvers.rod.effects import EFFECTS, choose_for
 from solvers.rod.optimum.answer.answers import Answers
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.answer.result import RodDesign, SearchResult
@@ -104,7 +104,7 @@ class StripSearch:
     accuracy: float
     criterion: FatigueCriterion
     watch: Callable[[], None]
-    other_design: Callable[[EffectSelection, RodProblem, Suffices], AttainableBest | None]
+    other_design: Callable[[frozenset[str], RodProblem, Suffices], AttainableBest | None]
     relaxes: bool = True
     slack: float = 0.0
     known: tuple[Dimensions, ...] = ()
@@ -145,13 +145,13 @@ class StripSearch:
             context.earlier = self._earlier_search(chosen)
         beyond = beyond_core(chosen)
         if not beyond:
-            return self._on_core(context, core)
+            return self._on_core(context, chosen, core)
         influence = self.selected.influence(core.strip, beyond)
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = core.excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [core.strip, *self.known, *([context.sizes.bounds.stiffest] if influence > 1.0 else [])]
-        attainable = self._requirements_as_objectives(context)
+        attainable = self._requirements_as_objectives(chosen)
         try:
             optimum = self._on_full_model(context, attainable, core, starts, clearly_infeasible)
         except OtherEffects as ended:
@@ -181,14 +181,12 @@ class StripSearch:
         return min(self.accuracy, MAX_SLACK)
 
     def _context(self, chosen: frozenset[str], core: CoreOptimum) -> Context:
-        p, tolerance = self.problem, self.selected.tolerance
+        p = self.problem
         fixed = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         # A fixed selection does not depend on the strip.
-        composition = compose(choose_for(p.scene, p.bounds.stiffest, fixed, tolerance))
+        choice = choose_for(p.scene, p.bounds.stiffest, fixed, self.selected.tolerance)
         required = required_results(p.objective, self.limits)
-        model = FullModel(
-            p.scene, composition, self.criterion, fixed, tolerance, self.accuracy, required, self.sizes.free
-        )
+        model = FullModel(p.scene, choice, self.criterion, self.accuracy, required, self.sizes.free)
         margin = _MARGIN * self.accuracy
         min_gain = max(_MIN_GAIN * self.accuracy, model.unresolved_gain_at(core.strip))
         task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
@@ -208,10 +206,10 @@ class StripSearch:
         model.watch = watch
         return context
 
-    def _on_core(self, context: Context, core: CoreOptimum) -> SearchResult:
+    def _on_core(self, context: Context, chosen: frozenset[str], core: CoreOptimum) -> SearchResult:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
         them."""
-        p, limits, latest, chosen = self.problem, dict(self.limits), core.proof, context.model.effects.include
+        p, limits, latest = self.problem, dict(self.limits), core.proof
         # Growing, since a search meets limits only to its own tolerance.
         for margin in _CORRECTION_MARGINS:
             best = latest.best
@@ -227,7 +225,7 @@ class StripSearch:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(outcome.value, margin))
             latest = search(core.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        attainable = self._requirements_as_objectives(context)
+        attainable = self._requirements_as_objectives(chosen)
         compose = partial(self._answers(context).infeasible, attainable, core.proof, core.strip, (), None)
         return SearchResult(chosen, core.strip, max(core.excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
@@ -317,8 +315,8 @@ class StripSearch:
         influence = self.selected.influence(strip, tuple(chosen ^ earlier.effects))
         return replace(earlier, influence=influence) if influence <= MAX_INFLUENCE else None
 
-    def _requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
-        design_of = partial(self.other_design, context.model.effects)
+    def _requirements_as_objectives(self, chosen: frozenset[str]) -> RequirementsAsObjectives:
+        design_of = partial(self.other_design, chosen)
         return RequirementsAsObjectives(self.problem, self.accuracy, design_of, partial(in_time, self.watch))
 
     def _answer_so_far(self, context: Context, proof: Proof, beyond: tuple[str, ...]) -> Outcome[RodDesign]:
@@ -331,8 +329,8 @@ class StripSearch:
         limits."""
         best = optimum.local.at
         if not self.out_of_time:
-            optimum.conditions = optimum.conditions or first_order_conditions(context, best)
             try:
+                optimum.conditions = optimum.conditions or first_order_conditions(context, best)
                 context, optimum = refine_checks(context, optimum)
             except OutOfTime:
                 self.out_of_time = True

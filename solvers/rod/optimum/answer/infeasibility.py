@@ -31,7 +31,6 @@ _JUST_MISSED = (
 )
 _WITHOUT_EFFECTS = "can be met together with the others only without the effects beyond the core"
 _OTHERS_CONFLICT = "the other requirements conflict with each other, too: relaxing this one does not suffice"
-_FRICTION_FEEDBACK = "friction_feedback"
 _SLIGHTLY = 0.02
 """Relative change of a requirement that is slight."""
 
@@ -117,7 +116,7 @@ class _Diagnosis:
         """The stability safety of the stiffest strip: the greatest one, but for what friction adds to the compression
         of strips with a greater side force."""
         check = self.check(self.core.stiffest)
-        is_greatest = _FRICTION_FEEDBACK not in self.model.effects.include
+        is_greatest = not self.model.choice.has("friction_feedback")
         error = self.model.accuracy if is_greatest else self.influence
         return _Attainable(None if check is None else check.stability_safety, error)
 

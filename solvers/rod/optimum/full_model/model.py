@@ -13,14 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.effects import EffectSelection
+from solvers.effects import Choice
 from solvers.fatigue import FatigueCriterion
 from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.effects import choose_for
+from solvers.rod.effects import RodEffect, compose
 from solvers.rod.optimum.full_model.corrections import (
     ALL_CURVATURES,
     RATIO_CURVATURE,
@@ -60,8 +60,6 @@ _MAX_STRIPS, _MAX_STENCILS = 64, 3
 _MAX_UNRESOLVED_GAIN, _UNRESOLVED_SHARE, _ADIABATIC_SHARE = 1e-3, 0.3, 0.1
 """Maximum unresolved gain, and the share of a check's error that it is: of an error within the accuracy, and of the
 assumed one of adiabatic modes, most of which strips have in common."""
-_CONTACT = frozenset({"friction"})
-"""The effect that changes no other results."""
 
 
 class Fidelity(NamedTuple):
@@ -92,27 +90,27 @@ FINE = Fidelity(1e-4, 1e-3, 1e-5, 0.5, False)
 class FullModel:
     """The physics selected for a scene, with fatigue criterion, required results and accuracy.
 
-    effects         the active effects, fixed
+    choice          the active effects
     free            indices of the continuous sizes
     strip_count     number of strips evaluated by rows
     fidelity        how finely corrections are resolved
     stencil_model   a less accurate model whose strips supply the differences of corrections between strips, if any:
                     differences between strips of one discretisation are equally accurate
+    adiabatic       whether vibration is solved in adiabatic modes
     power           whether checks include the friction power
     watch           is called before each strip and check and may raise OutOfTime
     """
 
     scene: Scene
-    composition: Composition
+    choice: Choice[RodEffect]
     criterion: FatigueCriterion
-    effects: EffectSelection
-    effect_tolerance: float
     accuracy: float
     required: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
     watch: Callable[[], None] = no_watch
     fidelity: Fidelity = EXPLORATORY
     stencil_model: FullModel | None = None
+    adiabatic: bool = False
     power: bool = True
     strip_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
@@ -124,7 +122,7 @@ class FullModel:
     @property
     def has_resonances(self) -> bool:
         """Whether the strip's inertia is modelled by its vibration, which leads to local optima close to each other."""
-        return any(isinstance(part, RodInertia) for part in self.composition.corrections)
+        return self.choice.has("rod_inertia")
 
     @property
     def is_excited_by_corners(self) -> bool:
@@ -132,15 +130,19 @@ class FullModel:
         the attainable accuracy."""
         return self.has_resonances and self.scene.load.corners().size > FEW_CORNERS
 
-    @property
-    def is_adiabatic(self) -> bool:
-        """Whether vibration is solved in adiabatic modes."""
-        return any(isinstance(part, AdiabaticRodInertia) for part in self.composition.corrections)
+    @cached_property
+    def composition(self) -> Composition:
+        """The physics of the active effects."""
+        exact = compose(self.choice)
+        if not self.adiabatic:
+            return exact
+        parts = (AdiabaticRodInertia() if isinstance(part, RodInertia) else part for part in exact.corrections)
+        return replace(exact, corrections=tuple(parts))
 
     def unresolved_gain(self, found: Outcome[RodCheck]) -> float:
         """The gain in ln objective of a step that cannot be told from the error of the check ``found``; 0 if no corners
         of the load excite vibration, and in adiabatic modes, whose error hardly changes over a step."""
-        if not self.is_excited_by_corners or self.is_adiabatic:
+        if not self.is_excited_by_corners or self.adiabatic:
             return 0.0
         error = found.accuracy.estimated
         return _UNRESOLVED_SHARE * error if error <= self.accuracy else error
@@ -149,7 +151,7 @@ class FullModel:
         """The same for the gain from a strip to one in another gap between resonances, where the error of adiabatic
         modes differs, too."""
         rough = min(_ADIABATIC_SHARE * found.accuracy.estimated, _MAX_UNRESOLVED_GAIN)
-        return rough if self.is_adiabatic else self.unresolved_gain(found)
+        return rough if self.adiabatic else self.unresolved_gain(found)
 
     def unresolved_gain_at(self, d: Dimensions) -> float:
         """The unresolved gain of a step from a strip, which is checked for it; 0 if it buckles. At most 1e-3, since
@@ -180,18 +182,13 @@ class FullModel:
     def coarser(self, accuracy: float) -> FullModel:
         """This model at a lower accuracy, with its own checks. They omit contact and friction power if these are not
         required: resolving them takes twice the time of the rest, the power alone a third of it."""
-        needs_contact, chosen = self.required.reactions or self.required.power, self.effects
-        effects = chosen if needs_contact else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
+        needs_contact, choice = self.required.reactions or self.required.power, self.choice
+        active = tuple(effect for effect in choice.active if needs_contact or effect.name != "friction")
         rough = self.at_accuracy(max(self.accuracy, accuracy))
-        coarse = replace(rough, effects=effects, power=self.required.power)
-        return replace(coarse, composition=self._adiabatic) if self.is_excited_by_corners else coarse
-
-    @property
-    def _adiabatic(self) -> Composition:
-        """The physics with the strip's vibration in adiabatic modes."""
-        parts = self.composition.corrections
-        rough = tuple(AdiabaticRodInertia() if isinstance(part, RodInertia) else part for part in parts)
-        return replace(self.composition, corrections=rough)
+        return replace(
+            rough, choice=replace(choice, active=active), adiabatic=self.is_excited_by_corners,
+            power=self.required.power,
+        )  # fmt: skip
 
     def finer(self, stencil_model: FullModel | None = None) -> FullModel:
         """The fine version of this model; it shares the checks."""
@@ -252,11 +249,10 @@ class FullModel:
             return self._checks[d]
         self.watch()
         check_accuracy = accuracy or max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
-        choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
         known = self._strips.get(d)
         is_resolved = known is not None and known.cycle.tolerance <= tolerance_of(check_accuracy)
         cycle = known.cycle if is_resolved else self._resolved_cycle(d, tolerance_of(check_accuracy))
-        found = check_chosen(cycle, choice, check_accuracy, self.criterion, self.power)
+        found = check_chosen(cycle, self.choice, check_accuracy, self.criterion, self.power)
         if cycle.tolerance <= self._tolerance:
             self._keep(FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:
@@ -349,10 +345,6 @@ class FullRows:
     def corrected_values(self, x: Array) -> Array:
         """All rows with the corrections solved at x."""
         return self._rows(self.model.strip(self._dimensions(x)))
-
-    def split_values(self, x: Array) -> tuple[Array, Array]:
-        """All rows without corrections, and the contribution of the corrections solved at x."""
-        return self.uncorrected_values(x), self._rows.corrections(self.model.strip(self._dimensions(x)))
 
     def jacobian(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows with respect to x, shape (rows, 3), by one-sided differences; columns not in ``free``

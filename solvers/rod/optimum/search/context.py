@@ -15,7 +15,6 @@ from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.local_optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.proof.outer_approximation import Proof, search
 from solvers.rod.optimum.search.earlier_search import EarlierSearch
 from solvers.rod.optimum.search.local_search import LocalResult, Task, is_among, local_search
 from solvers.rod.optimum.search.optimum import Optimum
@@ -24,8 +23,6 @@ from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import no_watch
 
-_SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
-"""Number of boxes and gap in ln objective of the core's search under other limits."""
 _MIN_GAIN = 0.1
 """Share of the accuracy: a smaller gain is not worth another step."""
 _REPEATED_RADIUS = 0.01
@@ -190,16 +187,3 @@ class Context:
         limits = {row: limit - margin for row, limit in limits.items()}
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
         return limits
-
-    def objective_correction(self, d: Dimensions) -> float:
-        """Difference of ln objective between full model and core at a strip."""
-        objective = self.problem.objective
-        if objective.is_geometric:
-            return 0.0
-        values = self.cycle.rows(d, self.model.required)
-        exact = self.task.cost(self.model.check(d).value)
-        return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
-
-    def shifted_core(self, limits: Limits) -> Proof:
-        """The core's optimum under other limits."""
-        return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_MAX_BOXES)

@@ -74,7 +74,4 @@ def _refined(
 ) -> Optimum | None:
     """The best result of the rough searches at full accuracy; ``gain`` may remain outside of the gaps searched."""
     best = refined_best(context, exploratory.results, lambda _: context.sizes.bounds)
-    if best is None or not best.feasible:
-        return None if best is None else Optimum(best)
-    conditions = first_order_conditions(context, best.at)
-    return Optimum(best, conditions, remaining_gain=gain, ratio_range=ratio_range)
+    return None if best is None else Optimum(best, remaining_gain=gain, ratio_range=ratio_range)

@@ -75,6 +75,7 @@ class PathPoint(NamedTuple):
 class Gaps:
     """Possible starts of searches in other gaps.
 
+    bounds_of       the bounds of a path through a strip
     min_distance    minimum distance of a start from all tried ratios, in Omega
     candidates      points that have not been tried
     tried_ratios    Omega of the starts and results of searches
@@ -83,7 +84,7 @@ class Gaps:
     """
 
     task: Task
-    bounds: Bounds
+    bounds_of: Callable[[Dimensions], Bounds]
     min_distance: float = MIN_DISTANCE
     candidates: list[PathPoint] = field(default_factory=list)
     tried_ratios: list[float] = field(default_factory=list)
@@ -166,7 +167,8 @@ class Gaps:
         least_cost = self._at_ratio(best, active)
         if least_cost is None:
             return out
-        (uncorrected, corrections), slopes = active.split_values(x), active.jacobian_at_ratio(x)
+        uncorrected, slopes = active.uncorrected_values(x), active.jacobian_at_ratio(x)
+        corrections = active.values(x) - uncorrected
         while direction * (last_ratio - ratio) > 0.0:
             previous, radius = ratio, _MAX_TANGENT_RATE * abs(step)
             x = least_cost(uncorrected + corrections, slopes, x, step, radius)[0]
@@ -190,7 +192,7 @@ class Gaps:
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with limits shifted to the best strip's exact check."""
         p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
-        box = self.bounds.logarithms
+        box = self.bounds_of(active.base).logarithms
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 
 

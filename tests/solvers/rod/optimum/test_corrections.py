@@ -12,7 +12,7 @@ from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.fatigue import serensen
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.effects import choose_for, compose
+from solvers.rod.effects import choose_for
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.peaks import RequiredResults
@@ -29,17 +29,15 @@ def rows():
     """Rows of a strip between damped resonances, with corrections to second order."""
     reference = problem(40)
     strip = rod.Dimensions(0.0098, 0.00065, 0.0257)
-    composition = compose(choose_for(reference.scene, strip, EFFECTS, 1e-2))
+    choice = choose_for(reference.scene, strip, EFFECTS, 1e-2)
     criterion = serensen(reference.scene.material)
-    model = FullModel(
-        reference.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False)
-    ).finer()
+    model = FullModel(reference.scene, choice, criterion, 1e-6, RequiredResults(False, False, False)).finer()
     return model.rows_near(model.peaks(strip), strip)
 
 
 def test_the_polynomial_agrees_with_solved_corrections(rows):
     base, parts = logarithms(rows.base), rows.layout.parts(UTILISATION)
-    corrections = rows.split_values(base)[1]
+    corrections = rows.values(base) - rows.uncorrected_values(base)
     for direction in np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.5, -0.6]]]):
         x = base + 8e-4 * direction
         exact = rows.corrected_values(x)[parts]

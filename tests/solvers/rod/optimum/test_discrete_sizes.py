@@ -126,8 +126,8 @@ def test_sizes_that_rivals_found_are_found(seed, rival):
     assert asked.objective.log_cost(best, asked.scene) <= asked.objective.log_cost(beside, asked.scene) + 1e-6
 
 
-def test_a_row_of_lengths_ends_at_the_bounds():
-    """The step is a third of the only length within the bounds: a row that went on would reach a length of zero."""
+def test_the_only_length_within_the_bounds_is_found():
+    """The step is a third of it."""
     asked = realistic(40048)
     asked = replace(asked, step_l=8.3e-3, bounds=replace(asked.bounds, l=(20e-3, 24.9e-3)))
     best = rod.design(asked).value.check

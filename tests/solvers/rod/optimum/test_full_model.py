@@ -15,6 +15,8 @@ from solvers import rod
 from solvers.crank import IndicatorPressure, Stroke
 from solvers.effects import EffectSelection
 from solvers.outcome import EffectState, Status
+from solvers.rod.optimum import strip_search
+from solvers.watch import OutOfTime
 from tests.solvers.rod.machines import PAPER
 from tests.solvers.rod.test_design import REFERENCE
 
@@ -309,3 +311,15 @@ def test_when_the_time_is_over_the_best_admissible_strip_is_the_answer():
     whole = rod.design(REFERENCE, CLOSED)
     assert whole.value.check.mass <= check.mass <= whole.value.check.mass * 1.2
     assert rod.design(REFERENCE, CLOSED, time_budget=1e3).value == whole.value
+
+
+def test_the_time_may_end_while_an_answer_is_composed(monkeypatch):
+    def late(*given):
+        raise OutOfTime
+
+    monkeypatch.setattr(strip_search, "first_order_conditions", late)
+    asked = problem(32)
+    outcome = rod.design(asked)
+    assert outcome.status is Status.SUCCEEDED
+    assert asked.requirements.met_by(outcome.value.check)
+    assert any("time budget" in text for text in outcome.value.check.warnings)

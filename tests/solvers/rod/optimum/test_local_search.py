@@ -10,7 +10,7 @@ import pytest
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.fatigue import serensen
-from solvers.rod.effects import choose_for, compose
+from solvers.rod.effects import choose_for
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import dimensions_of
 from solvers.rod.optimum.search.local_search import Task, local_search
@@ -28,9 +28,9 @@ THICKER_AND_LONGER = np.array([0.0, 0.025, 0.03])
 def search():
     """A local search from a start, given the results of others."""
     limits = ASKED.requirements.limits(ASKED.scene)
-    composition = compose(choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2))
+    choice = choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2)
     wanted = required_results(ASKED.objective, limits)
-    model = FullModel(ASKED.scene, composition, serensen(ASKED.scene.material), CLOSED, 1e-2, 1e-6, wanted)
+    model = FullModel(ASKED.scene, choice, serensen(ASKED.scene.material), 1e-6, wanted)
     task = Task(ASKED, 1e-8, 1e-7)
     return lambda start, results=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, results=results)
 

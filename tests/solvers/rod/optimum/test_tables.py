@@ -14,7 +14,7 @@ from solvers.fatigue import serensen
 from solvers.rod.check import check_chosen
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.effects import EFFECTS, choose_for, compose
+from solvers.rod.effects import EFFECTS, choose_for
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
@@ -37,9 +37,9 @@ HEAVIER = np.array([0.011, 0.008, 0.002])
 @pytest.fixture(scope="module")
 def exact():
     """The model of ``NOISY``."""
-    composition = compose(choose_for(NOISY.scene, LIGHT, CHOSEN, 1e-2))
+    choice = choose_for(NOISY.scene, LIGHT, CHOSEN, 1e-2)
     wanted = required_results(NOISY.objective, NOISY.requirements.limits(NOISY.scene))
-    return FullModel(NOISY.scene, composition, serensen(NOISY.scene.material), CHOSEN, 1e-2, 1e-6, wanted)
+    return FullModel(NOISY.scene, choice, serensen(NOISY.scene.material), 1e-6, wanted)
 
 
 def checked(error: float, **results: float) -> SimpleNamespace:

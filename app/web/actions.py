@@ -12,15 +12,16 @@ from app.api.bodies import parse
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of, modes_of
 from app.edge.disconnect import cancel_on_disconnect
-from app.errors import Problem
+from app.errors import PASSING, Problem, problem_of
 from app.submission import Service
 from app.web.form_pages import begun
-from app.web.forms.faults import placed
+from app.web.forms.faults import Faults, placed
 from app.web.forms.shown_in import NAME, as_shown
 from app.web.forms.tree import form_of
 from app.web.run_pages import run_of, shown
 from app.web.stock import FORM, rounded, stock_offer
 from app.words.effects import switched
+from app.words.solver_texts import spoken
 from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
@@ -91,6 +92,11 @@ async def to_stock(
         with measuring(System.METRIC):
             faults = placed(FORM, texts, problem)
         return shown(request, run, 422, texts, faults)
+    except PASSING as error:
+        refused = problem_of(error)
+        answer = shown(request, run, refused.status, texts, Faults(elsewhere=(spoken(refused.body["detail"]),)))
+        answer.headers.update(refused.headers)
+        return answer
     return _redirect(f"/runs/compare?a={run_id}&b={rounded_id}")
 
 

@@ -14,7 +14,9 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.store.faults import FaultKind, StoreFault
 from app.store.record import new_run_id
+from app.submission import Service
 from app.web.comparison import _pairs, difference
 from app.words.shaping import sentences
 
@@ -181,7 +183,7 @@ def test_runs_of_different_kinds_are_not_compared(client, pins):
     assert f"/runs/compare?a={pins[0]['id']}&amp;b={pins[1]['id']}" in alone.text
 
 
-def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
+def test_a_run_page_shows_inputs_and_active_constraints(client, design_request, monkeypatch):
     run = made(client, "designs/flexible-rod", design_request)
     page = client.get(f"/runs/{run['id']}").text
     assert page.index('class="verdict') < page.index("<h2>Pictures")
@@ -217,6 +219,14 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     assert rounded["spec"]["stock_h_mm"] == [0.4, 0.5]
     # The address of the page with messages is that of the run, for changes of language.
     assert client.get(f"/runs/{run['id']}/stock", follow_redirects=False).headers["location"] == f"/runs/{run['id']}"
+
+    async def locked(*_given):
+        raise StoreFault(FaultKind.BUSY)
+
+    monkeypatch.setattr(Service, "submit_within", locked)
+    again = client.post(f"/runs/{run['id']}/stock", data=sent, headers=HTML)
+    assert again.status_code == 503 and again.headers["retry-after"] == "5"
+    assert "the database is locked" in again.text and ">0.4 0,42 0.45</textarea>" in again.text
 
 
 def test_a_comparison_says_why_a_run_failed(client):

@@ -70,9 +70,12 @@ class RequirementsAsObjectives:
         the error of its check and more than ``room`` (both relative); None if there is none, or if the best one is
         already known."""
 
+        asked = self.problem.requirements
+
         def suffices(found: Outcome[RodCheck]) -> bool:
-            stricter = self.problem.requirements.relaxed(-max(found.accuracy.estimated, room))
-            return c.meets(found.value, getattr(stricter, c.name))
+            margin = max(found.accuracy.estimated, room)
+            # An estimate of the order of the values themselves says nothing of them.
+            return margin < 1.0 and c.meets(found.value, getattr(asked.relaxed(-margin), c.name))
 
         alone = frozenset({c})
         if (c, alone) not in self.found:

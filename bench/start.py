@@ -71,14 +71,18 @@ class Made:
     output: Path
     began: float
 
-    def until(self, condition: Callable[[], bool]) -> float:
-        """Seconds from the command until the condition holds."""
-        while not condition():
+    def moments(self, *conditions: Callable[[], bool]) -> list[float]:
+        """Seconds from the command until each of the conditions holds, in whichever order they come to hold."""
+        moments = [0.0] * len(conditions)
+        while waiting := [k for k, moment in enumerate(moments) if not moment]:
             if self.process.poll() is not None or time.monotonic() - self.began > TIMEOUT_S:
                 raise RuntimeError(self.output.read_text())
+            for k in waiting:
+                if conditions[k]():
+                    moments[k] = time.monotonic() - self.began
             # a low rate, so as not to disturb the measurement
             time.sleep(0.02 if time.monotonic() - self.began < _SHORT_S else 0.5)
-        return time.monotonic() - self.began
+        return moments
 
     def printed(self, pattern: str) -> Callable[[], bool]:
         """Whether the text has appeared in the terminal."""
@@ -132,25 +136,28 @@ def measure() -> list[Row]:
         base = Path(held)
         clone, kernels = base / "clone", base / "kernels"
         subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
-        check = (clone / "app/designs/examples/flexible-rod-check.json").read_bytes()
+        body = (clone / "app/designs/examples/flexible-rod-check.json").read_bytes()
 
         def check_answered() -> bool:
-            return answered("/api/v1/checks/flexible-rod", check)
+            return answered("/api/v1/checks/flexible-rod", body)
 
         rows = []
         with made(clone, base / "first.txt", kernels) as run:
-            rows.append(Row("`make run`, fresh: packages installed", run.until(run.printed(r"installed"))))
-            rows.append(Row("`make run`, fresh: first page", run.until(lambda: answered("/")), 20))
-            rows.append(Row("`make run`, fresh: first check answered", run.until(check_answered)))
-            printed = run.until(run.printed(r"flexible-rod · design · succeeded"))
-            rows.append(Row("`make run`, fresh: first design printed", printed, 45))
-            warm = run.until(lambda: answered("/readyz"))
-            rows.append(Row("`make run`, fresh: all kernels there", warm))
-            rows.append(Row("all kernels, from the first page on", warm - rows[1].seconds, 30))
+            installed, page, check, design, ready = run.moments(
+                run.printed(r"installed"), lambda: answered("/"), check_answered,
+                run.printed(r"flexible-rod · design · succeeded"), lambda: answered("/readyz"),
+            )  # fmt: skip
+            rows.append(Row("`make run`, fresh: packages installed", installed))
+            rows.append(Row("`make run`, fresh: first page", page, 20))
+            rows.append(Row("`make run`, fresh: first design printed", design, 45))
+            rows.append(Row("`make run`, fresh: first check answered", check))
+            rows.append(Row("`make run`, fresh: all kernels there", ready))
+            rows.append(Row("all kernels, from the first page on", ready - page, 30))
             rows.append(Row("SIGTERM, idle", run.stop(), 2))
         with made(clone, base / "second.txt", kernels) as run:
-            rows.append(Row("`make run`, again: first page", run.until(lambda: answered("/")), 3))
-            rows.append(Row("`make run`, again: first check answered", run.until(check_answered), 3))
+            page, check = run.moments(lambda: answered("/"), check_answered)
+            rows.append(Row("`make run`, again: first page", page, 3))
+            rows.append(Row("`make run`, again: first check answered", check, 3))
         command = str(clone / ".venv/bin/crankwright")
         environment = {**plain_environment(), "NUMBA_CACHE_DIR": str(kernels)}
         environment["CRANKWRIGHT_DATABASE_URL"] = f"sqlite:///{base}/runs.sqlite3"

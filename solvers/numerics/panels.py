@@ -271,6 +271,15 @@ def largest(f: Array) -> float:
 
 
 @reducing_kernel
+def extremes(f: Array) -> tuple[float, float]:
+    """Maximum and minimum of f."""
+    high, low = -np.inf, np.inf
+    for i in range(f.size):
+        high, low = max(high, f[i]), min(low, f[i])
+    return high, low
+
+
+@reducing_kernel
 def maximum_and_jump(f: Array, sign: float) -> tuple[float, float]:
     """Maximum of sign f, and the largest difference between neighbouring points."""
     maximum, jump = sign * f[0], 0.0

@@ -30,9 +30,14 @@ _GREATEST = 1.0 - 1e-14
 def carried_share(drive: Drive, strip: Strip, critical: float, angle: Array) -> float:
     """The share of the axial forces that a strip buckled by friction alone would carry, P_cr [N] given. The angles must
     not decrease over a revolution; between their neighbours all those are refined whose share can lead to the least."""
-    # Where two panels meet, both have a point: of such a pair neither would be less than both of its neighbours.
-    angle = angle[np.append(np.diff(angle) > _MIN_SEPARATION, True)]
-    share, least = np.empty(angle.size), np.inf
+    separate, count = np.empty(angle.size), 0
+    for i in range(angle.size):
+        # Where two panels meet, both have a point: of such a pair neither would be less than both of its neighbours.
+        if i == angle.size - 1 or angle[i + 1] - angle[i] > _MIN_SEPARATION:
+            separate[count] = angle[i]
+            count += 1
+    angle = separate[:count]
+    share, least = np.empty(count), np.inf
     for i in range(angle.size):
         share[i] = _share_at(drive, strip, critical, angle[i])
         least = min(least, share[i])

@@ -13,7 +13,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, largest, panel_error, rule_of
+from solvers.numerics.panels import Rule, extremes, largest, panel_error, rule_of
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, friction_corners, states_of
 from solvers.rod.load.axial_force import Drive
@@ -115,15 +115,15 @@ def sample(
         left, right = initial[p], initial[p + 1]
         states = _states_on(drive, strip, left, right, rule, scale)
         stack.append((left, right, states))
-        least = min(least, states[FORCE].min())
+        least = min(least, extremes(states[FORCE])[1])
     edges, resolved = [initial[0]], [np.empty((ROWS, n)) for _ in range(0)]
     while len(stack) > 0:
         left, right, states = stack.pop()
-        if states[FORCE].min() <= least_force:
+        if extremes(states[FORCE])[1] <= least_force:
             return np.empty(0), np.empty((ROWS, 0))
         bisect = False
         if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:
-            least, rows = min(least, states[FORCE].min()), resolved_rows(states)
+            least, rows = min(least, extremes(states[FORCE])[1]), resolved_rows(states)
             rounding = ROUNDING / max(1.0 + least / critical, ROUNDING)
             for row in range(resolved_count):
                 resolvable = max(tolerance, rounding if row > 0 or strip.friction != 0.0 else ROUNDING)

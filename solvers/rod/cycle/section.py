@@ -17,7 +17,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, greatest, largest
+from solvers.numerics.panels import Rule, extremes, greatest, largest
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.bent_strip import linear_shape, tangential_force
@@ -74,9 +74,10 @@ def field_of(
     inclined: bool,
 ) -> Field:  # fmt: skip
     """The field of a sampled revolution."""
-    force, direct, constant = states[FORCE], strip.direct, 0.0
-    if not inclined and force.min() == force.max():
-        direct, constant = 0.0, direct * force[0]
+    direct, constant = strip.direct, 0.0
+    high, low = extremes(states[FORCE])
+    if not inclined and high == low:
+        direct, constant = 0.0, direct * high
     return Field(edges, rule, strip, states, curvature_series, deflection_series, inclined, direct, constant)
 
 

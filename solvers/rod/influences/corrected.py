@@ -18,6 +18,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.panels import extremes
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
 from solvers.rod.cycle.state import FORCE, ROWS, Strip, states_of
@@ -106,7 +107,7 @@ def change_with_corrections(
     """Return the relative changes of the forces and of the shape between the ``full`` corrected revolution and one
     without an effect, corrected likewise, which has the given drive, strip and P_cr [N]."""
     states, result_states = states_of(drive, strip, sampling.angle), np.empty((ROWS, parameters.angle.size))
-    if not states[FORCE].min() > -critical:
+    if not extremes(states[FORCE])[1] > -critical:
         return np.inf, np.inf
     for row in range(ROWS):
         for i in range(result_states.shape[1]):

@@ -28,6 +28,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.numerics.panels import extremes, largest
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
@@ -101,9 +102,10 @@ def first_order_motion(
     smooth, step = order.size == uniform, TURN / uniform
     frequency = first_frequencies(coupling, head, inertia, parameters.modes)
     deflection = _quasi_static(states, strip.compliance, l, head, tables)
-    iterate, shape, largest = _first_iterate(deflection, coupling, head, inertia, uniform, every, tables)
+    iterate, shape, at = _first_iterate(deflection, coupling, head, inertia, uniform, every, tables)
     projection = _projection(deflection, shape)
-    quasi_static, fast = np.empty(uniform), frequency.min() * step > MAX_PHASE_FOR_SIGN
+    least_step = extremes(frequency)[1] * step
+    quasi_static, fast = np.empty(uniform), least_step > MAX_PHASE_FOR_SIGN
     for i in range(uniform):
         quasi_static[i] = -_second_difference(projection, i, uniform) / (step * frequency[i]) ** 2
     # Steps too wide for the mode do not resolve its ringing after corners, which is added separately.
@@ -111,7 +113,7 @@ def first_order_motion(
     if smooth and fast:
         corner_ringing = _corner_ringing(states, uniform, projection, frequency, loss, strip, critical)
     ringing, sharp_response, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
-    if smooth and frequency.min() * step > MAX_PHASE_FOR_EXCITATION:
+    if smooth and least_step > MAX_PHASE_FOR_EXCITATION:
         for i in range(uniform):
             # The quasi-static response is the first term of a series; its second difference estimates the next term.
             next_term = abs(_second_difference(quasi_static, i, uniform)) / (step * frequency[i]) ** 2
@@ -134,19 +136,19 @@ def first_order_motion(
                     ringing[order[i]] = max(amplitude[i], amplitude[i - 1])
             for i in range(uniform):
                 ringing[i] = max(ringing[i], corner_ringing / math.sqrt(frequency[i]))
-    max_quasi_static, max_ringing = np.abs(quasi_static).max(), np.abs(ringing).max()
+    max_quasi_static, max_ringing = largest(quasi_static), largest(ringing)
     ringing_share = max_ringing / max(max_quasi_static, max_ringing) if max_ringing > 0.0 else 0.0
     count = order.size // every
     for i in range(count):
         # The inertia of a mode's motion is proportional to the square of its frequency.
         k = i * every
-        scale = (frequency[k] / frequency[largest * every]) ** 2
+        scale = (frequency[k] / frequency[at * every]) ** 2
         # One sign applies to the whole revolution: that of the lateral displacement at every angle, or its opposite.
         ringing[i] = scale * (math.copysign(ringing[k], states[LATERAL, k]) if fast else ringing[k])
         sharp_response[i] = scale * sharp_response[k]
     sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
-        sides, moments, series, sides[largest], moments[largest], series[:, largest].copy(), ringing[:count],
+        sides, moments, series, sides[at], moments[at], series[:, at].copy(), ringing[:count],
         sharp_response[:count], fast, ringing_share, frequency[:uniform].mean(), phase,
     )  # fmt: skip
 
@@ -171,8 +173,8 @@ def _fill_maximum_amplitudes(ringing: Array, angle: Array, amplitude: Array, uni
 def first_frequencies(coupling: Array, head: float, inertia: float, modes: Polynomials) -> Array:
     """Return Omega under axial forces with q_s l^2, as the square root of a parabola through three values of
     Omega^2."""
-    squares, out = np.empty(3), np.empty(coupling.size)
-    middle, half = 0.5 * (coupling.min() + coupling.max()), 0.5 * (coupling.max() - coupling.min())
+    squares, out, (high, low) = np.empty(3), np.empty(coupling.size), extremes(coupling)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
     for m in range(3):
         q = middle + (m - 1.0) * half
         squares[m] = (TURN * frequency_under(modes, 1.0, inertia, 1.0, 1.0 + head, q, FEW_POLYNOMIALS)) ** 2

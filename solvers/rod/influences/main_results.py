@@ -14,7 +14,8 @@ import numpy as np
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.arrays import Array
-from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import extremes
 from solvers.rod.cycle.bent_strip import tangential_force
 from solvers.rod.cycle.friction_buckling import carried_share
 from solvers.rod.cycle.section import add_series
@@ -80,14 +81,6 @@ class MainResults(NamedTuple):
     is_stable: float
 
 
-@reducing_kernel
-def _extremes(f: Array) -> tuple[float, float]:
-    high, low = -np.inf, np.inf
-    for i in range(f.size):
-        high, low = max(high, f[i]), min(low, f[i])
-    return high, low
-
-
 class ShapeCorrection(NamedTuple):
     """Contribution of corrections to T [N] and M0 [N m], (n,), and to V'' [1/m] as Legendre coefficients over the
     strip, (terms, n); ``inclined``: N is tangential to the deflected strip."""
@@ -144,7 +137,7 @@ def evaluate(
             direct, bending = strip.direct * tangential, strip.bending * curvature[i]
             upper[i], lower[i] = direct + bending, direct - bending
         for fibre in range(2):
-            high, low = _extremes(upper if fibre == 0 else lower)
+            high, low = extremes(upper if fibre == 0 else lower)
             utilisation = utilisation_of(high, low, parameters.lines, parameters.parabola)
             column = fibre * STATIONS + station
             sections[0, column], sections[1, column] = utilisation, 0.5 * (high - low)
@@ -158,12 +151,12 @@ def evaluate_linear(
     parameters: ResultParameters, drive: Drive, strip: Strip, states: Array, critical: float
 ) -> MainResults:
     """Return the main results from a table of states without corrections; the strip may buckle."""
-    if states[FORCE].min() > -critical:
+    if extremes(states[FORCE])[1] > -critical:
         return evaluate(parameters, strip, states, no_correction(states.shape[1]), critical)
     force = np.empty(parameters.angle.size)
     for i in range(force.size):
         force[i] = axial_force(drive, parameters.angle[i])
-    if force.min() > -critical:
+    if extremes(force)[1] > -critical:
         force[force.argmin()] = -critical / carried_share(drive, strip, critical, np.sort(parameters.angle))
     return MainResults(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
 

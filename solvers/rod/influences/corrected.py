@@ -37,12 +37,8 @@ from solvers.rod.influences.sampled_angles import Sampling
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.strip.elastica_kernels import Collocation
 
-_ALL_MODES_FACTOR, _SIDE_FORCE_FACTOR = 1.5, 3.0
-"""Ringing of all modes relative to the first one: in general, and in the side force if the first mode is fast and the
-load sharp at some angle, which excites all modes and shows most in the highest ones."""
-
-_BY_UNCERTAINTY = -1.0
-"""Value of ``sine_reduction`` for which it follows from the uncertainty of the phase."""
+_ALL_MODES_FACTOR = 1.5
+"""Ringing of all modes relative to the first one."""
 
 _REDUCED_RINGING, _MIN_RINGING_SHARE = 0.3, 1e-3
 """Fraction of the ringing that is compared too, and the share of ringing below which it is irrelevant."""
@@ -74,19 +70,19 @@ def corrected_revolution(
     ``max_independent`` is the change by corrections up to which their influence and that of other effects are
     independent.
     """
-    motion = first_order_motion(states, sampling, every, strip, inertia, tables, _BY_UNCERTAINTY)
+    motion = first_order_motion(states, sampling, every, strip, inertia, tables)
     large = _large_displacement_correction(strip, result_states, elastica_tables)
     critical, full_ringing, reduced_ringing = linear.critical, linear, linear
     with_large = evaluate(parameters, strip, result_states, large, critical)
     by_large, by_inertia = change_of_shape(linear, with_large), 0.0
     for k in range(_variants(motion.ringing_share)):
-        by_motion = _inertia_correction(parameters, sampling, motion, _ringing_factor(motion, k))
+        by_motion = _inertia_correction(parameters, motion, _ringing_factor(motion, k))
         with_inertia = evaluate(parameters, strip, result_states, by_motion, critical)
         by_inertia = max(by_inertia, change_of_shape(linear, with_inertia))
     interact = not max(by_large, by_inertia) <= max_independent
     if interact:
         for k in range(_variants(motion.ringing_share)):
-            by_motion = _inertia_correction(parameters, sampling, motion, _ringing_factor(motion, k))
+            by_motion = _inertia_correction(parameters, motion, _ringing_factor(motion, k))
             with_inertia = evaluate(parameters, strip, result_states, by_motion, critical)
             reduced_ringing = evaluate(parameters, strip, result_states, sum_of_corrections(by_motion, large), critical)
             if k == 0:
@@ -112,7 +108,7 @@ def change_with_corrections(
     for row in range(ROWS):
         for i in range(result_states.shape[1]):
             result_states[row, i] = states[row, i * every]
-    motion = first_order_motion(states, sampling, every, strip, inertia, tables, full.phase.sine_reduction)
+    motion = first_order_motion(states, sampling, every, strip, inertia, tables)
     large = _large_displacement_correction(strip, result_states, elastica_tables)
     # As the phase is uncertain, a resonance that seems closer without the effect may be farther, and conversely.
     uncertainty = min(motion.phase.sine_sensitivity * abs(motion.phase.sine - full.phase.sine), 1.0)
@@ -120,7 +116,7 @@ def change_with_corrections(
     for k in range(variants if variants == 1 else 4):
         factor = 1.0 + uncertainty if k == 2 else 1.0 - uncertainty if k == 3 else 1.0
         factor = _ringing_factor(motion, 1) if k == 1 else factor
-        by_motion = _inertia_correction(parameters, sampling, motion, factor)
+        by_motion = _inertia_correction(parameters, motion, factor)
         found = evaluate(parameters, strip, result_states, sum_of_corrections(by_motion, large), critical)
         exact = full.reduced_ringing if k == 1 else full.full_ringing
         forces, shape = change_of_forces(parameters, found, exact), max(shape, change_of_shape(found, exact))
@@ -140,20 +136,15 @@ def _variants(ringing_share: float) -> int:
 
 
 @kernel
-def _inertia_correction(
-    parameters: ResultParameters, sampling: Sampling, motion: Motion, factor: float
-) -> ShapeCorrection:
+def _inertia_correction(parameters: ResultParameters, motion: Motion, factor: float) -> ShapeCorrection:
     """Return the correction by the motion at the angles of the results; its response without ringing is taken at the
     nearest uniform angle."""
     n, terms, uniform = parameters.angle.size, motion.series.shape[0], motion.side.size
-    is_sharp = motion.sign_unknown and sampling.angle.size > sampling.uniform
-    side_factor = _SIDE_FORCE_FACTOR if is_sharp else _ALL_MODES_FACTOR
     side, moment, series = np.empty(n), np.empty(n), np.empty((terms, n))
     for i in range(n):
         k = round(parameters.angle[i] / TURN * uniform) % uniform
-        amplitude = motion.sharp_response[i] + factor * _ALL_MODES_FACTOR * motion.ringing[i]
-        side_amplitude = motion.sharp_response[i] + factor * side_factor * motion.ringing[i]
-        side[i] = motion.side[k] + motion.mode_side * side_amplitude
+        amplitude = factor * _ALL_MODES_FACTOR * motion.ringing[i]
+        side[i] = motion.side[k] + motion.mode_side * amplitude
         moment[i] = motion.moment[k] + motion.mode_moment * amplitude
         for m in range(terms):
             series[m, i] = motion.series[m, k] + motion.mode_series[m] * amplitude

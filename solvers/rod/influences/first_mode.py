@@ -32,26 +32,22 @@ class Phase(NamedTuple):
     """The first mode's phase after a revolution.
 
     sine              |sin| of half of it
-    sine_reduction    reduction of the sine, toward resonance, by the uncertainty of the phase
-    sine_sensitivity  maximum relative change of the ringing per change of the sine within that reduction
+    sine_sensitivity  maximum relative change of the ringing per change of the sine within its uncertainty
     """
 
     sine: float
-    sine_reduction: float
     sine_sensitivity: float
 
 
 @kernel
 def first_mode_response(
-    angle: Array, projection: Array, frequency: Array, ends: NDArray[np.bool_], loss: float, smooth: bool,
-    sine_reduction: float,
-) -> tuple[Array, Array, Array, Phase]:  # fmt: skip
-    """Return the periodic response a at increasing angles of one revolution, its quasi-static part -c''/Omega^2 (the
-    larger of both sides of a jump), the amplitude of its free vibration, and its phase, from c (``projection``) and
-    Omega there.
+    angle: Array, projection: Array, frequency: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
+) -> tuple[Array, Array, Phase]:
+    """Return the periodic response a at increasing angles of one revolution, the amplitude of its free vibration, and
+    its phase, from c (``projection``) and Omega there.
 
     For a ``smooth`` load c'' is continuous and the angles are uniform; otherwise c'' has jumps where a piece of the
-    load ``ends``. ``Phase.sine`` is reduced by ``sine_reduction`` or, if that is negative, by the phase's uncertainty.
+    load ``ends``.
     """
     n = angle.size
     width, start, end, slope_jump = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
@@ -89,24 +85,22 @@ def first_mode_response(
     decay = max(math.exp(-0.5 * loss * phase), _MIN_DECAY)
     determinant = 1.0 - first[0] - second[1] + decay * decay
     sine = max(0.5 * math.sqrt(max((determinant - (1.0 - decay) ** 2) / decay, 0.0)), _MIN_SINE)
-    reduced_sine = max(sine - sine_reduction, _MIN_SINE) if sine_reduction >= 0.0 else conservative_sine(sine, phase)
-    scale = 1.0 / (closure_divisor(decay, sine) * closure_divisor(decay, reduced_sine))
-    motion, response, quasi_static, amplitude = np.empty(2), np.empty(n), np.empty(n), np.empty(n)
+    reduced_sine = _conservative_sine(sine, phase)
+    scale = 1.0 / (_closure_divisor(decay, sine) * _closure_divisor(decay, reduced_sine))
+    motion, response, amplitude = np.empty(2), np.empty(n), np.empty(n)
     motion[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     motion[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
         motion[1] -= slope_jump[i]
         y, v = _free_vibration(motion, steps[:, i], width[i], start[i], end[i])
-        end_before = end[i - 1 if i > 0 else n - 1]
-        quasi_static[i] = -(start[i] if abs(start[i]) >= abs(end_before) else end_before) / frequency[i] ** 2
         response[i], amplitude[i] = motion[0], math.hypot(y, (v + steps[1, i] * y) / (damped_ratio * steps[0, i]))
         _advance(motion, steps[:, i], width[i], start[i], end[i])
-    # The derivative of 1/closure_divisor by the sine is sine/(width^2 + sine^2) of itself, largest where the sine is
+    # The derivative of 1/_closure_divisor by the sine is sine/(width^2 + sine^2) of itself, largest where the sine is
     # the width.
     width = 0.5 * (1.0 - decay) / math.sqrt(decay)
     steepest = min(max(width, reduced_sine), max(sine, reduced_sine))
     sensitivity = steepest / (width * width + steepest * steepest)
-    return response, quasi_static, amplitude, Phase(sine, sine - reduced_sine, sensitivity)
+    return response, amplitude, Phase(sine, sensitivity)
 
 
 @kernel
@@ -162,14 +156,14 @@ def _fill_second_derivatives(
 
 
 @kernel
-def closure_divisor(decay: float, sine: float) -> float:
+def _closure_divisor(decay: float, sine: float) -> float:
     """|1 - k exp(i theta)|, whose inverse is the amplification by the periodicity condition, from the decay k and
     |sin(theta/2)|."""
     return math.sqrt((1.0 - decay) ** 2 + 4.0 * decay * sine * sine)
 
 
 @kernel
-def conservative_sine(sine: float, phase: float) -> float:
+def _conservative_sine(sine: float, phase: float) -> float:
     """Return |sin| of half the phase [rad] after a revolution, reduced by the uncertainty of the phase."""
     error = _PHASE_ERROR + _PHASE_SHARE * phase
     return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN_PHASE_SINE), _MIN_SINE)

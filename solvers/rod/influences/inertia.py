@@ -11,12 +11,12 @@ whose sum is the motion without free vibration (ringing); each angle is solved i
 which is solved exactly on steps with constant Omega and linear c'', with periodicity (``first_mode``): this includes
 harmonics near a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference
 from -c''/Omega^2, which d already contains, is added with the shape of d. For a mode too fast for the step width only
-the amplitude is found, for a smooth load from the corners due to friction.
+the amplitude is found; one that does not even resolve what excites it under a smooth load is taken not to ring.
 
 The response depends on the mode's phase after a revolution, which is shifted toward resonance by its uncertainty.
 Higher modes ring too and are not computed: ``first_order`` has margins for them.
 
-Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for the ringing that corners excite.
+Source: G. Floquet (1883).
 """
 
 from __future__ import annotations
@@ -30,10 +30,9 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import extremes, largest
 from solvers.numerics.periodic import TURN
-from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
-from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
+from solvers.rod.cycle.state import COUPLING, LATERAL, SHEAR, SOFTENING, Strip
+from solvers.rod.influences.first_mode import Phase, first_mode_response
 from solvers.rod.influences.sampled_angles import Sampling
-from solvers.rod.piston.skirt import couple_of
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under
 
@@ -47,12 +46,10 @@ its amplitude is known, and above which they do not resolve its excitation."""
 
 
 class InertiaParameters(NamedTuple):
-    """Inertia rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane, rigid in shear, and tables
-    for the first natural frequency."""
+    """Inertia rho A omega^2 [N/m^2], the loss factor, and tables for the first natural frequency."""
 
     inertia: float
     loss: float
-    critical: float
     modes: Polynomials
 
 
@@ -63,7 +60,6 @@ class Motion(NamedTuple):
                                 (terms, n), of the response without ringing, at uniform angles
     mode_side, _moment, …       the same for unit amplitude of the first mode, the last of shape (terms,)
     ringing                     amplitude of the mode's ringing, at the angles of the results
-    sharp_response              its quasi-static amplitude less that at uniform angles, where the load is sharper
     sign_unknown                whether the ringing may have either sign at any angle
     ringing_share               share of ringing in the first mode's maximum amplitude
     frequency                   mean of Omega
@@ -77,7 +73,6 @@ class Motion(NamedTuple):
     mode_moment: float
     mode_series: Array
     ringing: Array
-    sharp_response: Array
     sign_unknown: bool
     ringing_share: float
     frequency: float
@@ -86,17 +81,12 @@ class Motion(NamedTuple):
 
 @kernel
 def first_order_motion(
-    states: Array, sampling: Sampling, every: int, strip: Strip, parameters: InertiaParameters, tables: Collocation,
-    sine_reduction: float,
-) -> Motion:  # fmt: skip
+    states: Array, sampling: Sampling, every: int, strip: Strip, parameters: InertiaParameters, tables: Collocation
+) -> Motion:
     """Return the motion over a revolution of an unbuckled strip from its states at the sampled angles; results are at
-    every ``every``-th of them.
-
-    ``sine_reduction`` is that of a strip to compare with; if it is negative it follows from the uncertainty of the
-    phase.
-    """
+    every ``every``-th of them."""
     angle, order, ends, uniform = sampling.angle, sampling.order, sampling.ends, sampling.uniform
-    loss, l, per_force = parameters.loss, strip.length, strip.length * strip.length / strip.stiffness
+    l, per_force = strip.length, strip.length * strip.length / strip.stiffness
     head, inertia = (strip.rod_length - l) / l, parameters.inertia * l * l * per_force
     coupling = states[COUPLING] * l * l
     smooth, step = order.size == uniform, TURN / uniform
@@ -108,35 +98,20 @@ def first_order_motion(
     quasi_static, fast = np.empty(uniform), least_step > MAX_PHASE_FOR_SIGN
     for i in range(uniform):
         quasi_static[i] = -_second_difference(projection, i, uniform) / (step * frequency[i]) ** 2
-    # Steps too wide for the mode do not resolve its ringing after corners, which is added separately.
-    corner_ringing, critical = 0.0, parameters.critical
-    if smooth and fast:
-        corner_ringing = _corner_ringing(states, uniform, projection, frequency, loss, strip, critical)
-    ringing, sharp_response, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
-    if smooth and least_step > MAX_PHASE_FOR_EXCITATION:
-        for i in range(uniform):
-            # The quasi-static response is the first term of a series; its second difference estimates the next term.
-            next_term = abs(_second_difference(quasi_static, i, uniform)) / (step * frequency[i]) ** 2
-            ringing[i] = corner_ringing / math.sqrt(frequency[i]) + next_term
-    else:
-        response, own_quasi_static, amplitude, phase = first_mode_response(
-            angle[order], projection[order], frequency[order], ends[order], loss, smooth, sine_reduction
+    ringing, phase = np.zeros(order.size), Phase(1.0, 0.0)
+    if not smooth or frequency.min() * step <= MAX_PHASE_FOR_EXCITATION:
+        response, amplitude, phase = first_mode_response(
+            angle[order], projection[order], frequency[order], ends[order], parameters.loss, smooth
         )
         for i in range(order.size):
             k = order[i]
-            nearest = quasi_static[k if k < uniform else round(angle[k] / step) % uniform]
             if not fast:
-                ringing[k] = response[i] - nearest
-            elif not smooth:
-                sharp_response[k] = own_quasi_static[i] - nearest
+                ringing[k] = response[i] - quasi_static[k if k < uniform else round(angle[k] / step) % uniform]
+            elif k >= uniform:
+                ringing[k] = max(amplitude[i], amplitude[i - 1])
         if fast:
             _fill_maximum_amplitudes(ringing, angle[order], amplitude, uniform)
-            for i in range(order.size):
-                if order[i] >= uniform:
-                    ringing[order[i]] = max(amplitude[i], amplitude[i - 1])
-            for i in range(uniform):
-                ringing[i] = max(ringing[i], corner_ringing / math.sqrt(frequency[i]))
-    max_quasi_static, max_ringing = largest(quasi_static), largest(ringing)
+    max_quasi_static, max_ringing = np.abs(quasi_static).max(), np.abs(ringing).max()
     ringing_share = max_ringing / max(max_quasi_static, max_ringing) if max_ringing > 0.0 else 0.0
     count = order.size // every
     for i in range(count):
@@ -145,11 +120,10 @@ def first_order_motion(
         scale = (frequency[k] / frequency[at * every]) ** 2
         # One sign applies to the whole revolution: that of the lateral displacement at every angle, or its opposite.
         ringing[i] = scale * (math.copysign(ringing[k], states[LATERAL, k]) if fast else ringing[k])
-        sharp_response[i] = scale * sharp_response[k]
     sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
-        sides, moments, series, sides[at], moments[at], series[:, at].copy(), ringing[:count],
-        sharp_response[:count], fast, ringing_share, frequency[:uniform].mean(), phase,
+        sides, moments, series, sides[largest], moments[largest], series[:, largest].copy(), ringing[:count],
+        fast, ringing_share, frequency[:uniform].mean(), phase,
     )  # fmt: skip
 
 
@@ -256,32 +230,3 @@ def _projection(deflection: Array, shape: Array) -> Array:
             out[i] += deflection[i, k] * shape[k] / (2 * k + 1)
         out[i] = out[i] / norm if norm > 0.0 else 0.0
     return out
-
-
-@kernel
-def _corner_ringing(
-    states: Array, count: int, projection: Array, frequency: Array, loss: float, strip: Strip, critical: float
-) -> float:  # fmt: skip
-    """Return the ringing amplitude of a fast mode after the corners due to friction, times Omega^(1/2), which is
-    invariant while Omega varies slowly; corners are sought between ``count`` uniform angles.
-
-    Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
-    """
-    total, phase, step = 0.0, 0.0, TURN / count
-    friction, lever, offset = strip.friction, strip.lever, strip.offset
-    for i in range(count):
-        j = (i + 1) % count
-        phase += frequency[i] * step
-        side_before, next_side = abs(states[SIDE, i]), abs(states[SIDE, j])
-        excess = abs(couple_of(states[SIDE, i], states[MOMENT, i], lever, offset)) - side_before
-        next_excess = abs(couple_of(states[SIDE, j], states[MOMENT, j], lever, offset)) - next_side
-        if friction == 0.0 or excess * next_excess >= 0.0:
-            continue
-        fraction = excess / (excess - next_excess)
-        side, rate = side_before + fraction * (next_side - side_before), (next_excess - excess) / step
-        force = states[FORCE, i] + fraction * (states[FORCE, j] - states[FORCE, i])
-        stiffness = max(critical + force - friction * side, 1e-3 * critical)
-        displacement = abs(projection[i] + fraction * (projection[j] - projection[i])) / stiffness
-        total += friction * rate * rate / side * displacement / frequency[i] ** 1.5
-    decay = math.exp(-0.5 * loss * phase)
-    return total * max(1.0, 1.0 / closure_divisor(decay, conservative_sine(abs(math.sin(0.5 * phase)), phase)))

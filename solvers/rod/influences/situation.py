@@ -201,7 +201,7 @@ class Situation:
     def inertia(self) -> InertiaParameters:
         """Parameters of the strip's inertia."""
         inertia = self.strip.line_mass * self.scene.mechanism.angular_speed**2
-        return InertiaParameters(inertia, self.scene.material.loss_factor, self.in_plane_critical, all_polynomials())
+        return InertiaParameters(inertia, self.scene.material.loss_factor, all_polynomials())
 
     @property
     def corrected(self) -> CorrectedRevolution | None:

@@ -99,7 +99,7 @@ def first_order_motion(
     for i in range(uniform):
         quasi_static[i] = -_second_difference(projection, i, uniform) / (step * frequency[i]) ** 2
     ringing, phase = np.zeros(order.size), Phase(1.0, 0.0)
-    if not smooth or frequency.min() * step <= MAX_PHASE_FOR_EXCITATION:
+    if not smooth or least_step <= MAX_PHASE_FOR_EXCITATION:
         response, amplitude, phase = first_mode_response(
             angle[order], projection[order], frequency[order], ends[order], parameters.loss, smooth
         )
@@ -111,7 +111,7 @@ def first_order_motion(
                 ringing[k] = max(amplitude[i], amplitude[i - 1])
         if fast:
             _fill_maximum_amplitudes(ringing, angle[order], amplitude, uniform)
-    max_quasi_static, max_ringing = np.abs(quasi_static).max(), np.abs(ringing).max()
+    max_quasi_static, max_ringing = largest(quasi_static), largest(ringing)
     ringing_share = max_ringing / max(max_quasi_static, max_ringing) if max_ringing > 0.0 else 0.0
     count = order.size // every
     for i in range(count):
@@ -122,7 +122,7 @@ def first_order_motion(
         ringing[i] = scale * (math.copysign(ringing[k], states[LATERAL, k]) if fast else ringing[k])
     sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
-        sides, moments, series, sides[largest], moments[largest], series[:, largest].copy(), ringing[:count],
+        sides, moments, series, sides[at], moments[at], series[:, at].copy(), ringing[:count],
         fast, ringing_share, frequency[:uniform].mean(), phase,
     )  # fmt: skip
 
@@ -196,7 +196,7 @@ def _first_iterate(
     workspace, load, none = scratch(n), np.zeros(n), np.zeros(n)
     out, shape = np.empty((n + 4, count // every)), np.zeros(n + 2)
     curvature, response, acceleration = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
-    scale, largest, column = inertia * (count / TURN) ** 2, -1.0, 0
+    scale, greatest, column = inertia * (count / TURN) ** 2, -1.0, 0
     for j in range(count // every):
         i = j * every
         previous, following = deflection[i - 1 if i > 0 else count - 1], deflection[i + 1 if i < count - 1 else 0]
@@ -211,8 +211,8 @@ def _first_iterate(
         out[0, j], out[1, j] = q, c
         for k in range(n + 2):
             out[2 + k, j] = curvature[k]
-        if abs(response[0]) > largest:
-            largest = abs(response[0])
+        if abs(response[0]) > greatest:
+            greatest = abs(response[0])
             column = j
             for k in range(response.size):
                 shape[k] = response[k]

@@ -187,9 +187,7 @@ class StripSearch:
         choice = choose_for(p.scene, p.bounds.stiffest, fixed, self.selected.tolerance)
         required = required_results(p.objective, self.limits)
         model = FullModel(p.scene, choice, self.criterion, self.accuracy, required, self.sizes.free)
-        margin = _MARGIN * self.accuracy
-        min_gain = max(_MIN_GAIN * self.accuracy, model.unresolved_gain_at(core.strip))
-        task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
+        task = Task(p, *(share * self.accuracy for share in (_MARGIN, _MIN_GAIN, _NEGLIGIBLE_GAIN)))
         context = Context(p, core.cycle, model, task, self.sizes, suffices=self.suffices)
         # Weak, as the model holds the watch: a cycle would keep all strips until it is collected.
         reference = ref(context)

@@ -183,7 +183,7 @@ class _Diagnosis:
     def check(self, strip: Dimensions) -> RodCheck | None:
         """The check of a strip on the full model; None if it has none, or after the time."""
         try:
-            return self.model.check(strip, self.core.accuracy).value
+            return self.model.check(strip).value
         except (InvalidInput, OutOfTime):
             return None
 
@@ -238,7 +238,7 @@ class _Diagnosis:
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.result.value_at(r.log_limit(best.value, scene) - changed, scene)
         try:
-            outcome = self.model.check(best.strip, self.core.accuracy)
+            outcome = self.model.check(best.strip)
         except (InvalidInput, OutOfTime):
             return _Attainable(expected, 1.0 + self.influence)
         if outcome.value.stresses is None:

@@ -26,7 +26,6 @@ from solvers.rod.optimum.peaks import (
     RequiredResults,
     distance_to_corners,
     find_peaks,
-    reaction_peaks,
     stencils,
 )
 from solvers.rod.optimum.sqp import ALL
@@ -83,10 +82,6 @@ class CoreCycle:
     def peaks(self, d: Dimensions, required: RequiredResults) -> Peaks:
         """Locations of the peaks of a strip."""
         return find_peaks(self.strip(d), self.diagram, required, self.corners)
-
-    def reaction_peaks(self, d: Dimensions) -> Array:
-        """Crank angles of the peaks of its side force and contact pressure [rad]."""
-        return reaction_peaks(self.strip(d), self.corners)
 
     def rows_near(self, peaks: Peaks, required: RequiredResults) -> CoreRows:
         """Rows of the strips near the one with these peaks."""

@@ -57,9 +57,8 @@ _MIN_RADIUS = 1e-7
 """Trust-region radius in ln b, ln h, ln l at which a search without resonances ends."""
 _MAX_STRIPS, _MAX_STENCILS = 64, 3
 """Numbers of strips and stencils that are stored."""
-_MAX_UNRESOLVED_GAIN, _UNRESOLVED_SHARE, _ADIABATIC_SHARE = 1e-3, 0.3, 0.1
-"""Maximum unresolved gain, and the share of a check's error that it is: of an error within the accuracy, and of the
-assumed one of adiabatic modes, most of which strips have in common."""
+_UNRESOLVED_SHARE = 0.3
+"""Share of a check's error within the accuracy that a gain has to exceed."""
 
 
 class Fidelity(NamedTuple):
@@ -70,19 +69,17 @@ class Fidelity(NamedTuple):
     angle_step         spacing [rad] of the three angles whose parabola represents a peak: small where corners of the
                        friction force may lie close to peaks
     min_radius         trust-region radius in ln b, ln h, ln l at which a search with resonances ends
-    rows_tolerance     their tolerance in a strip's rows, relative to the model's accuracy
     shares_meshes      whether a strip is solved with the discretisation found for another near it
     """
 
     correction_step: float
     angle_step: float
     min_radius: float
-    rows_tolerance: float
     shares_meshes: bool
 
 
-EXPLORATORY = Fidelity(2e-3, ANGLE_STEP, 5e-4, 1.0, True)
-FINE = Fidelity(1e-4, 1e-3, 1e-5, 0.5, False)
+EXPLORATORY = Fidelity(2e-3, ANGLE_STEP, 5e-4, True)
+FINE = Fidelity(1e-4, 1e-3, 1e-5, False)
 """Of the searches over gaps between resonances, and of the last ones, which refine their results."""
 
 
@@ -147,19 +144,6 @@ class FullModel:
         error = found.accuracy.estimated
         return _UNRESOLVED_SHARE * error if error <= self.accuracy else error
 
-    def unresolved_gain_elsewhere(self, found: Outcome[RodCheck]) -> float:
-        """The same for the gain from a strip to one in another gap between resonances, where the error of adiabatic
-        modes differs, too."""
-        rough = min(_ADIABATIC_SHARE * found.accuracy.estimated, _MAX_UNRESOLVED_GAIN)
-        return rough if self.adiabatic else self.unresolved_gain(found)
-
-    def unresolved_gain_at(self, d: Dimensions) -> float:
-        """The unresolved gain of a step from a strip, which is checked for it; 0 if it buckles. At most 1e-3, since
-        checks of other strips may have smaller errors."""
-        if not self.is_excited_by_corners or not is_stable(Cycle(self.scene, d, self.composition)):
-            return 0.0
-        return min(self.unresolved_gain(self.check(d)), _MAX_UNRESOLVED_GAIN)
-
     @property
     def is_lightly_damped(self) -> bool:
         """Whether vibration is hardly damped, so that narrow minima lie close to each other between resonances."""
@@ -209,7 +193,7 @@ class FullModel:
         if not (corrected and self.corrected):
             return self._counted_strip(Cycle(self.scene, d, self.composition.linear, self._tolerance))
         if d not in self._strips:
-            self._keep(self._counted_strip(self._resolved_cycle(d, self._tolerance)))
+            self._keep(self._counted_strip(self._resolved_cycle(d)))
         return self._strips[d]
 
     def _counted_strip(self, cycle: Cycle) -> FullStrip:
@@ -217,16 +201,15 @@ class FullModel:
         self.strip_count += 1
         return FullStrip(cycle)
 
-    def _resolved_cycle(self, d: Dimensions, tolerance: float) -> Cycle:
+    def _resolved_cycle(self, d: Dimensions) -> Cycle:
         """The cycle of a strip with the discretisation found for a strip near it, if there is one: in coarse models its
         error is hardly larger."""
-        check_accuracy = tolerance_of(max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY))
-        cycle = Cycle(self.scene, d, self.composition, min(tolerance, check_accuracy))
+        cycle = Cycle(self.scene, d, self.composition, self._tolerance)
         if not (self.fidelity.shares_meshes and self.has_resonances) or not is_stable(cycle):
             return cycle
         x = logarithms(d)
         for known in self._resolved:
-            near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _SAME_RESOLUTION
+            near = np.max(np.abs(logarithms(known.dimensions) - x)) <= _SAME_RESOLUTION
             neighbour = known.neighbours([d])[0] if near else None
             if neighbour is not None:
                 return neighbour
@@ -235,29 +218,28 @@ class FullModel:
 
     @property
     def _tolerance(self) -> float:
-        """Tolerance of the corrections of strips."""
-        return self.accuracy * self.fidelity.rows_tolerance
+        """Tolerance of the corrections of strips, which checks rely on."""
+        return tolerance_of(self._check_accuracy)
+
+    @property
+    def _check_accuracy(self) -> float:
+        return max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
 
     def _keep(self, strip: FullStrip) -> None:
         while len(self._strips) >= _MAX_STRIPS:
             del self._strips[next(iter(self._strips))]
         self._strips[strip.dimensions] = strip
 
-    def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
-        """The exact check of a strip; to a lower ``accuracy`` if one is given."""
+    def check(self, d: Dimensions) -> Outcome[RodCheck]:
+        """The exact check of a strip."""
         if d in self._checks:
             return self._checks[d]
         self.watch()
-        check_accuracy = accuracy or max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
-        known = self._strips.get(d)
-        is_resolved = known is not None and known.cycle.tolerance <= tolerance_of(check_accuracy)
-        cycle = known.cycle if is_resolved else self._resolved_cycle(d, tolerance_of(check_accuracy))
-        found = check_chosen(cycle, self.choice, check_accuracy, self.criterion, self.power)
-        if cycle.tolerance <= self._tolerance:
-            self._keep(FullStrip(cycle))
-        if accuracy is None or accuracy <= self.accuracy:
-            self._checks[d] = found
-        return found
+        if d not in self._strips:
+            self._keep(FullStrip(self._resolved_cycle(d)))
+        cycle = self._strips[d].cycle
+        self._checks[d] = check_chosen(cycle, self.choice, self._check_accuracy, self.criterion, self.power)
+        return self._checks[d]
 
     def all_checks(self) -> Iterable[Outcome[RodCheck]]:
         """All checks so far."""

@@ -189,7 +189,7 @@ def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, required: RequiredR
             indices.update(np.flatnonzero((stress >= high[fibre, j] - margin) | (stress <= low[fibre, j] + margin)))
     governed = angles[sorted(indices)]
     if required.reactions:
-        governed = np.concatenate([governed, cycle.reaction_peaks(d)])
+        governed = np.concatenate([governed, peaks.reactions])
     return governed, np.array(sections)
 
 

@@ -23,8 +23,6 @@ from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import no_watch
 
-_MIN_GAIN = 0.1
-"""Share of the accuracy: a smaller gain is not worth another step."""
 _REPEATED_RADIUS = 0.01
 """First radius, in ln b, ln h, ln l, of a search from what an earlier one has found."""
 _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
@@ -130,16 +128,9 @@ class Context:
         if estimated > model.accuracy and not model.is_excited_by_corners:
             model = model.at_accuracy(min(estimated, _MAX_COARSE_ACCURACY))
         factor = model.accuracy / self.model.accuracy
-        # If the error of checks exceeds the accuracy, the minimum gain already accounts for it.
-        min_gain = max(min(factor * self.task.min_gain, _MIN_GAIN * model.accuracy), self.task.min_gain)
-        task = replace(self.task, margin=factor * self.task.margin, min_gain=min_gain)
+        task = replace(self.task, margin=factor * self.task.margin, min_gain=factor * self.task.min_gain)
         self.coarse = replace(self, model=model, task=task, results=[])
         return self.coarse
-
-    def min_gain(self, result: LocalResult) -> float:
-        """The gain in ln objective over a result below which another search is not worth it, or which its check does
-        not resolve."""
-        return max(self.task.min_gain, self.model.unresolved_gain_elsewhere(result.at.outcome))
 
     def finer(self, strip: Dimensions) -> Context:
         """This context with the fine model. Under a noisy load the strips of its stencils must be exact, too, unless

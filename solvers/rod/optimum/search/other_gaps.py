@@ -57,7 +57,7 @@ def search_other_gaps(
             if is_tie and not is_among(logarithms(start), [result]):
                 gaps.add_path(result.at)
         gain = best.at.log_cost - context.best().at.log_cost
-        failed = 0 if gain > context.min_gain(best) else failed + 1
+        failed = 0 if gain > context.task.min_gain else failed + 1
     return gain, gaps.range
 
 

@@ -43,13 +43,11 @@ def test_reactions_peak_where_a_dense_search_finds_them():
     strip = Dimensions(6.3 * MM, 0.7 * MM, 17.0 * MM)
     dense = np.linspace(0.0, 2.0 * np.pi, 400_000, endpoint=False)
     values = cycle.strip(strip).reactions(dense)
-    found = cycle.reaction_peaks(strip)
+    required = RequiredResults(False, True, False)
+    peaks = cycle.peaks(strip, required)
     for row in values:
-        assert np.min(np.abs(found - dense[row.argmax()])) < 2e-5
-    following = cycle.rows_near(
-        cycle.peaks(strip, RequiredResults(False, True, False)), RequiredResults(False, True, False)
-    )
-    rows = following.values(np.log([strip.b, strip.h, strip.l]))
+        assert np.min(np.abs(peaks.reactions - dense[row.argmax()])) < 2e-5
+    rows = cycle.rows_near(peaks, required).values(np.log([strip.b, strip.h, strip.l]))
     assert rows[SIDE] == pytest.approx(np.log(values[0].max()), abs=1e-8)
 
 

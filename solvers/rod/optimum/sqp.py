@@ -24,6 +24,8 @@ from solvers.rod.rows import Layout
 TOLERANCE, ITERATIONS = 1e-10, 60
 """Derivatives by finite differences resolve no smaller change; line searches for less take hundreds of evaluations."""
 _MAX_LOG = 700.0
+_RESTORING_STEPS, _MAX_RESTORED = 4, 1e-2
+"""Number of Newton steps back to limits, and the logarithmic excess up to which they are made."""
 _NO_STEP = 1e-10
 """Step in ln b, ln h, ln l and in ln objective below which a line search is fruitless, as at an infeasible corner."""
 ALL = np.arange(3)
@@ -96,7 +98,7 @@ def limited_rows(limits: Limits, layout: Layout) -> tuple[Index, Array]:
     return np.array(limited, dtype=np.intp), np.array(limit)
 
 
-def program(objective: Objective, limits: Limits, layout: Layout, margin: float = 0.0) -> Program:
+def program(objective: Objective, limits: Limits, layout: Layout, margin: float) -> Program:
     """The minimisation of an objective under limits, each tightened by ``margin``."""
     weights = dict(objective.weights)
     max_row = next((row for row in weights if len(layout.parts(row)) > 1), None)
@@ -194,18 +196,14 @@ def run_slsqp(
     return SlsqpResult(at, p.cost(values), p.violation(values))
 
 
-def restore_feasibility(
-    active: ActiveRows, p: Program, box: Array, x: Array, steps: int = 4, max_excess: float = 1e-2
-) -> SlsqpResult:
-    """Restore feasibility after a run that ended slightly outside its limits, by least-norm Newton steps.
-
-    Beyond ``max_excess`` over a limit x is left as it is.
-    """
-    for _ in range(steps):
+def restore_feasibility(active: ActiveRows, p: Program, box: Array, x: Array) -> SlsqpResult:
+    """Restore feasibility after a run that ended slightly outside its limits, by least-norm Newton steps; farther
+    outside x is left as it is."""
+    for _ in range(_RESTORING_STEPS):
         values = active.values(x)
         excess = values[p.limited] - p.limit
         over = excess > 0.0
-        if not over.any() or excess.max() > max_excess:
+        if not over.any() or excess.max() > _MAX_RESTORED:
             break
         free, step = box[:, 1] > box[:, 0], np.zeros(3)
         jacobian = active.jacobian(x, np.flatnonzero(free))[p.limited][over]

@@ -133,19 +133,11 @@ class StripSearch:
     def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
         """The result with given effects; with resonances a ``tentative`` search ends, incomplete, at its first optimum
         if that calls for other effects."""
-        context = self._context(chosen, core)
-
-        def confirm_effects(local: LocalResult) -> None:
-            if chosen != self.selected.at(local.at.dimensions):
-                raise OtherEffects(local.at.dimensions)
-
-        if tentative:
-            context.confirm_effects = confirm_effects
-        if context.model.has_resonances:
-            context.earlier = self._earlier_search(chosen)
-        beyond = beyond_core(chosen)
+        context, beyond = self._context(chosen, core.cycle), beyond_core(chosen)
         if not beyond:
             return self._on_core(context, chosen, core)
+        if tentative:
+            context.confirm_effects = partial(self._confirm_effects, chosen)
         influence = self.selected.influence(core.strip, beyond)
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = core.excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
@@ -180,7 +172,12 @@ class StripSearch:
         """The relative violation of a requirement that does not count, as in the verdict."""
         return min(self.accuracy, MAX_SLACK)
 
-    def _context(self, chosen: frozenset[str], core: CoreOptimum) -> Context:
+    def _confirm_effects(self, chosen: frozenset[str], found: LocalResult) -> None:
+        """End the search if the strip found calls for other effects than those chosen."""
+        if chosen != self.selected.at(found.at.dimensions):
+            raise OtherEffects(found.at.dimensions)
+
+    def _context(self, chosen: frozenset[str], cycle: CoreCycle) -> Context:
         p = self.problem
         fixed = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         # A fixed selection does not depend on the strip.
@@ -188,7 +185,8 @@ class StripSearch:
         required = required_results(p.objective, self.limits)
         model = FullModel(p.scene, choice, self.criterion, self.accuracy, required, self.sizes.free)
         task = Task(p, *(share * self.accuracy for share in (_MARGIN, _MIN_GAIN, _NEGLIGIBLE_GAIN)))
-        context = Context(p, core.cycle, model, task, self.sizes, suffices=self.suffices)
+        earlier = self._earlier_search(chosen) if model.has_resonances else None
+        context = Context(p, cycle, model, task, self.sizes, suffices=self.suffices, earlier=earlier)
         # Weak, as the model holds the watch: a cycle would keep all strips until it is collected.
         reference = ref(context)
 

@@ -25,8 +25,9 @@ import math
 
 import numpy as np
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, out_of_plane_thickness, stability
+from solvers.rod.optimum.proof.box_bounds import Relaxation, out_of_plane_thickness, stability
 from solvers.rod.optimum.proof.intervals import BY_X, BY_Y, ERROR, VALUE
 from solvers.rod.rows import POWER, PRESSURE, SIDE, STABILITY, STRESS, THICKNESS, UTILISATION
 from solvers.rod.strip.buckling import log_critical_parameter

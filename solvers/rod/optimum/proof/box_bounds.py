@@ -17,9 +17,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.intervals import bending_over
 from solvers.rod.optimum.rows_at_samples import finite_log
@@ -35,8 +35,6 @@ from solvers.rod.rows import (
     UTILISATION,
 )
 from solvers.rod.strip.buckling import log_critical_parameter
-
-Array = NDArray[np.float64]
 
 _STEPS = 14
 """Iterations for the maximum thickness."""

@@ -11,9 +11,10 @@ import math
 
 import numpy as np
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.optimum.proof.bound_tightening import contract
-from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, box_bound, fill_curvatures, min_thickness, workspace
+from solvers.rod.optimum.proof.box_bounds import Relaxation, box_bound, fill_curvatures, min_thickness, workspace
 from solvers.rod.optimum.proof.intervals import HIGH, LOW, VALUE
 
 _POINT = 1e-11

@@ -25,14 +25,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS
 from solvers.rod.strip.shape import bend_at
 
-Array = NDArray[np.float64]
 Interval = tuple[float, float]
 
 FIRST_ROOT_SQUARED = FIRST_ROOT_LIMITS[1] ** 2

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solvers.fatigue.kernels import severities
+from solvers.numerics.arrays import Array
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
@@ -20,7 +21,7 @@ from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.local_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, RequiredResults
-from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
+from solvers.rod.optimum.proof.box_bounds import Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.optimum.sqp import TOLERANCE, required_results

@@ -69,7 +69,7 @@ def _local_minimum(
     return best
 
 
-def least_violating(context: Context, start: Dimensions, clearly_infeasible: bool = False) -> LocalResult | None:
+def least_violating(context: Context, start: Dimensions, clearly_infeasible: bool) -> LocalResult | None:
     """The feasible strip with the least cost of all local searches on the full model, or the least violating one.
 
     The search starts at ``start``. None if every strip tried buckles. If ``clearly_infeasible``, ``start`` is only

@@ -170,39 +170,53 @@ def local_search(
             gain = max(predicted, 0.0) if current.feasible else math.inf
             if gain <= min_gain:
                 return LocalResult(best, gain)
-        if current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess:
-            break
-        expected = current.log_cost - _RELIABLE_SHARE * predicted + min_gain
-        if current.feasible and any(_is_same(step, other.x) and expected > other.log_cost for other in converged):
+        length = float(np.max(np.abs(step - current.x)))
+        if current.feasible and _leads_to_other(
+            step, current.log_cost - _RELIABLE_SHARE * predicted + min_gain, converged
+        ):
             return None
-        step_length = float(np.max(np.abs(step - current.x)))
-        total_gain_ratio = TOTAL_GAIN_RATIO if step_length > 0.95 * radius else _INTERIOR_GAIN_RATIO
-        if current.feasible and current.log_cost - total_gain_ratio * max(predicted, min_gain) > incumbent:
-            break
-        if step_length == 0.0 or radius < model.min_radius:
+        at_edge = length > 0.95 * radius
+        if length == 0.0 or radius < model.min_radius or _is_futile(current, predicted, min_gain, at_edge, incumbent):
             break
         trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.rows)
         if model.is_excited_by_corners and trial is not None and 0.0 < trial.excess < predicted and current.feasible:
-            trial = _second_order_correction(model, task, bounds, trial, step_length, min_gain)
+            trial = _second_order_correction(model, task, bounds, trial, length, min_gain)
         actual = -math.inf if trial is None else _merit(current) - _merit(trial)
-        if actual < _POOR_RATIO * predicted:
-            radius = 0.25 * min(radius, step_length)
-        elif actual > _GOOD_RATIO * predicted and step_length > 0.9 * radius:
-            radius = min((4.0 if actual > _BEST_RATIO * predicted else 2.0) * radius, _MAX_RADIUS)
+        radius = _next_radius(radius, length, predicted, actual)
         if trial is None:
             continue
         if actual > 0.0 or (trial.feasible and not current.feasible):
             current = trial
         else:
             # The model at the iterate must represent the peaks at the rejected strip, too.
-            current, previous = (
-                task.iterate(current.outcome, model.rows_near(trial.rows.peaks, current.dimensions)),
-                current,
-            )
-            best = current if best is previous else best
+            again = task.iterate(current.outcome, model.rows_near(trial.rows.peaks, current.dimensions))
+            best, current = again if best is current else best, again
         if _is_better(trial, best):
             best = trial
     return LocalResult(best, gain)
+
+
+def _leads_to_other(step: Array, expected: float, converged: Sequence[Iterate]) -> bool:
+    """Whether a step leads to the end of another search, which costs less than is ``expected`` of the step."""
+    return any(_is_same(step, other.x) and expected > other.log_cost for other in converged)
+
+
+def _is_futile(current: Iterate, predicted: float, min_gain: float, at_edge: bool, incumbent: float) -> bool:
+    """Whether the steps that follow are not expected to meet the limits, or to improve on ``incumbent``; ``at_edge``:
+    the trust region limits the first one."""
+    if not current.feasible:
+        return current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess
+    total_gain_ratio = TOTAL_GAIN_RATIO if at_edge else _INTERIOR_GAIN_RATIO
+    return current.log_cost - total_gain_ratio * max(predicted, min_gain) > incumbent
+
+
+def _next_radius(radius: float, length: float, predicted: float, actual: float) -> float:
+    """The trust-region radius after a step of some ``length``."""
+    if actual < _POOR_RATIO * predicted:
+        return 0.25 * min(radius, length)
+    if actual > _GOOD_RATIO * predicted and length > 0.9 * radius:
+        return min((4.0 if actual > _BEST_RATIO * predicted else 2.0) * radius, _MAX_RADIUS)
+    return radius
 
 
 def _second_order_correction(

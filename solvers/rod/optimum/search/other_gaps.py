@@ -25,8 +25,6 @@ _TIE = 5e-3
 """Difference in ln objective within which a result in another gap starts a search path of its own."""
 _FINE_RADIUS = 2e-3
 """First radius of searches at full accuracy, in ln b, ln h, ln l."""
-_SEEN_MARGIN, _ASSUMED_SHARE = 3.0, 0.03
-"""Factors on the error of one coarse result, and on its assumed error, that bound the errors of others."""
 _MAX_CANDIDATES = 3
 """Maximum number of coarse results that are refined at full accuracy."""
 
@@ -65,22 +63,11 @@ def refined_best(
     context: Context, results: list[LocalResult], bounds_of: Callable[[Dimensions], Bounds]
 ) -> LocalResult | None:
     """The best result after refining coarse ones at full accuracy within bounds: the best and those that are worse by
-    less than their errors and possible further gains.
-
-    Under a noisy load the error of the coarse checks is only assumed; that of the first result, known from its exact
-    check, then bounds those of the others.
-    """
+    less than their errors and possible further gains."""
     candidates = _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO)
     finer = context.finer(candidates[0].at.dimensions)
-    first = candidates[0].at
-    for result in candidates:
-        strip, incumbent = result.at.dimensions, finer.incumbent
-        if context.model.is_excited_by_corners and math.isfinite(incumbent):
-            seen = abs(context.task.cost(context.model.check(first.dimensions).value) - first.log_cost)
-            error = max(_SEEN_MARGIN * seen, _ASSUMED_SHARE * first.outcome.accuracy.estimated)
-            if result.at.log_cost - result.predicted_gain - error > incumbent:
-                continue
-        finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
+    for strip in [result.at.dimensions for result in candidates]:
+        finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=finer.incumbent)
     return finer.best()
 
 

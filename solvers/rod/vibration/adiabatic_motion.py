@@ -297,7 +297,7 @@ def _ripple(equation: StripEquation, rule: Radau, edges: Array, found: Coordinat
     """The ringing of the modes behind the first, as many as ``ringing``, in amplitudes of the basis."""
     count, p, n = found.smooth.shape
     start, phase = np.empty((count, ringing), np.complex128), np.empty((count, ringing, p), np.complex128)
-    shape = np.zeros((count, ringing, p, 2, n))
+    real, shape = np.empty((count * ringing * p, n)), np.zeros((count, ringing, p, 2, equation.modes.shape[0]))
     for e in range(count):
         for r in range(ringing):
             start[e, r] = found.ringing[e, r]
@@ -305,9 +305,9 @@ def _ripple(equation: StripEquation, rule: Radau, edges: Array, found: Coordinat
                 phase[e, r, i] = found.phase[e, i, r]
                 size = 1.0 / math.sqrt(found.frequency[e, i, r + 1])
                 for a in range(n):
-                    shape[e, r, i, 0, a] = size * found.modes[e, i, a, r + 1]
-    basis = np.dot(shape.reshape(count * ringing * p * 2, n), equation.modes.T)
-    return ripple_of(edges, start, phase, basis.reshape(count, ringing, p, 2, equation.modes.shape[0]), rule)
+                    real[(e * ringing + r) * p + i, a] = size * found.modes[e, i, a, r + 1]
+    shape[:, :, :, 0] = np.dot(real, equation.modes.T).reshape(count, ringing, p, equation.modes.shape[0])
+    return ripple_of(edges, start, phase, shape, rule)
 
 
 @kernel

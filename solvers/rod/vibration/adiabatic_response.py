@@ -19,9 +19,8 @@ from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation
 from solvers.rod.vibration.motion import Motion
 from solvers.rod.vibration.steady_response import RodInertia, SteadyVibration
 
-_RULE = radau(5)
-"""Rule for elements over which the first mode turns by at most ``_STEP`` [rad]."""
-_STEP = 2.5
+_RULES = ((0.5, radau(3)), (1.7, radau(4)), (2.5, radau(5)))
+"""Rules of elements, each with the angle [rad] over which the first mode may turn in one."""
 _POLYNOMIALS = 7
 """Number of polynomials along the strip; with more the error stays the same, with 5 it is four times as large."""
 _NARROWEST = 1e-5
@@ -42,7 +41,7 @@ class AdiabaticRodInertia(RodInertia):
         return super().prepare(cycle) if found is None else found
 
     def neighbours(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
-        if found.motion.rule is not _RULE:
+        if all(found.motion.rule is not rule for _, rule in _RULES):
             return super().neighbours(found, cycles)
         with one_thread():
             return [_vibration(cycle, found.motion) for cycle in cycles]
@@ -51,16 +50,22 @@ class AdiabaticRodInertia(RodInertia):
 def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration | None:
     """The vibration, at the resolution of a neighbouring strip's motion if one is given; None where the method is not
     valid, or slow."""
-    excitation = Excitation.of(cycle, math.inf, _RULE)
+    rule = _RULES[0][1] if resolved is None else resolved.rule
+    excitation = Excitation.of(cycle, math.inf, rule)
     is_valid = excitation.corners.size > FEW_CORNERS and not excitation.jumps.size
     if not is_valid or np.min(np.diff(excitation.edges)) < _NARROWEST:
         return None
     strip, loss = excitation.strip, cycle.scene.material.loss_factor
     equation = StripEquation.of(strip, excitation.inertia, excitation.mean, _POLYNOMIALS, loss)
-    greatest = excitation.states[FORCE].reshape(-1, _RULE.points.size).max(axis=1)
+    greatest = excitation.states[FORCE].reshape(-1, rule.points.size).max(axis=1)
     frequency = equation.frequency_of(1, strip.couples * greatest - equation.mean)
-    edges = split(excitation.edges, _STEP / frequency)
-    if resolved is None and edges.size > max(_MOST_ELEMENTS, _MOST_PER_CORNER * excitation.corners.size):
-        return None
+    edges = split(excitation.edges, _RULES[-1][0] / frequency)
+    if resolved is None:
+        if edges.size > max(_MOST_ELEMENTS, _MOST_PER_CORNER * excitation.corners.size):
+            return None
+        greatest_turn = frequency.max() * np.diff(edges).max()
+        rule = next((rule for turn, rule in _RULES if greatest_turn <= turn), _RULES[-1][1])
+        if rule is not excitation.rule:
+            excitation = Excitation.of(cycle, math.inf, rule)
     motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, resolved)
     return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation, coherent=False)

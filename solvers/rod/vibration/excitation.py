@@ -228,15 +228,26 @@ def one_sided_states(drive: Drive, strip: Strip, jumps: Array, angle: Array) -> 
 def states_in(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Radau) -> Array:
     """States of the quasi-static strip, including friction feedback, at a rule's points of elements without jumps
     inside, one element after the other: (rows, angles)."""
-    p = rule.points.size
-    angle = np.empty((edges.size - 1) * p)
-    for e in range(edges.size - 1):
+    count, p = edges.size - 1, rule.points.size
+    # Without jumps the end of an element is the start of the next one.
+    shared = 1 if jumps.size == 0 else 0
+    stride = p - shared
+    angle = np.empty(count * stride + shared)
+    for e in range(count):
         for i in range(p):
-            angle[e * p + i] = edges[e] + (edges[e + 1] - edges[e]) * rule.points[i]
+            angle[e * stride + i] = edges[e] + (edges[e + 1] - edges[e]) * rule.points[i]
         if jumps.size > 0:
             angle[e * p] += INSIDE
             angle[(e + 1) * p - 1] -= INSIDE
-    return one_sided_states(drive, strip, jumps, angle)
+    distinct = one_sided_states(drive, strip, jumps, angle)
+    if shared == 0:
+        return distinct
+    states = np.empty((ROWS, count * p))
+    for row in range(ROWS):
+        for e in range(count):
+            for i in range(p):
+                states[row, e * p + i] = distinct[row, e * stride + i]
+    return states
 
 
 @kernel

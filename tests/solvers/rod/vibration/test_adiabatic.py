@@ -15,7 +15,7 @@ from solvers.rod.vibration import resolution
 from solvers.rod.vibration.adiabatic_motion import adiabatic_motion, coordinates_of
 from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import MANY, RULE, Excitation
+from solvers.rod.vibration.excitation import MANY, RULE, Excitation, states_in
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP
 from tests.solvers.rod.vibration.test_ringing import QUICK, integrated, reactions
@@ -129,3 +129,18 @@ def test_searches_take_few_exact_motions(monkeypatch):
     again = rod.check(problem.scene, answer.dimensions)
     error = outcome.accuracy.estimated + again.accuracy.estimated
     assert again.value.stresses.fatigue_safety == pytest.approx(answer.stresses.fatigue_safety, rel=error)
+
+
+@pytest.mark.parametrize(("seed", "points"), [(38, 4), (23, 5), (24, 6)])
+def test_elements_in_which_the_first_mode_turns_less_need_fewer_points(seed, points):
+    problem = rod_tables.problem(seed)
+    found = cycle_of(AdiabaticRodInertia(), problem.scene, problem.bounds.middle)
+    assert found.refinements[0].motion.rule.points.size == points
+
+
+def test_states_of_an_end_that_two_elements_share_are_those_at_its_angle():
+    cycle = cycle_of(AdiabaticRodInertia(), PAPER, STRIP)
+    edges = np.array([0.3, 1.0, 1.1, 4.0])
+    angles = edges[:-1, None] + np.diff(edges)[:, None] * RULE.points
+    found = states_in(cycle.drive, cycle.strip, np.empty(0), edges, RULE)
+    assert found == pytest.approx(cycle.states(angles.ravel()), rel=1e-12)

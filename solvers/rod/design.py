@@ -158,7 +158,8 @@ class _Design:
         Effects beyond the core widen its bound by their influence; the gap is then closed only to a share of that.
         """
         gap, core = max(_COARSE_GAP, self.accuracy), None
-        with_inertia = _INERTIA in (chosen if fixed else chosen | self.selected.at(self.search.sizes.bounds.middle))
+        middle = self.search.sizes.bounds.middle
+        with_inertia = _INERTIA in chosen or (not fixed and self.selected.probably_at(middle, _INERTIA))
         share = _DISCRETE_GAP_SHARE if self.search.sizes.discrete else _GAP_SHARE
         while True:
             core = self.search.core(with_inertia, gap, core)

@@ -175,8 +175,10 @@ class FullModel:
         )  # fmt: skip
 
     def finer(self, stencil_model: FullModel | None = None) -> FullModel:
-        """The fine version of this model; it shares the checks."""
-        return replace(self._without_cache(), fidelity=FINE, stencil_model=stencil_model)
+        """The fine version of this model; it shares the checks, and the strips solved for them."""
+        fine = replace(self._without_cache(), fidelity=FINE, stencil_model=stencil_model)
+        fine._strips |= {d: strip for d, strip in self._strips.items() if strip.cycle.tolerance <= fine._tolerance}
+        return fine
 
     def _without_cache(self) -> FullModel:
         """This model without its stored strips."""

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 
 from solvers.effects import Choice, EffectSelection
 from solvers.outcome import EffectReport, EffectState
-from solvers.rod.effects import RodEffect, choose_for
+from solvers.rod.effects import EFFECTS, RodEffect, choose_for
+from solvers.rod.influences.situation import Situation
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -28,7 +29,17 @@ class EffectsAtStrips:
 
     def influence(self, strip: Dimensions, names: tuple[str, ...]) -> float:
         """Sum of the bounds of some effects at a strip."""
-        return sum(report.influence for report in self._choice(strip).manifest if report.name in names)
+        if strip in self._choices:
+            return sum(report.influence for report in self._choices[strip].manifest if report.name in names)
+        situation = Situation(self.problem.scene, strip, self.selection.exclude)
+        return sum(effect.influence(situation) for effect in EFFECTS if effect.name in names)
+
+    def probably_at(self, strip: Dimensions, name: str) -> bool:
+        """Whether a strip selects an effect, judged by the influence of this one alone."""
+        s = self.selection
+        if s.automatic and name not in s.include | s.exclude:
+            return self.influence(strip, (name,)) > self.tolerance
+        return name not in s.exclude
 
     def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
         """The effects of an answer found with those ``chosen``, some of them perhaps at strips on the way only."""

@@ -9,7 +9,7 @@ import pytest
 
 from bench import rod_tables
 from solvers import rod
-from solvers.effects import EffectSelection
+from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.fatigue import serensen
 from solvers.rod.check import check_chosen
 from solvers.rod.constraints import BY_NAME
@@ -19,6 +19,7 @@ from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, 
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Sufficient
+from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.search.local_search import Task, local_search
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
@@ -61,6 +62,27 @@ def test_gains_within_the_error_of_a_check_are_not_resolved(exact):
     assert exact.unresolved_gain(checked(4e-3)) == 4e-3
     assert exact.unresolved_gain(checked(4e-7)) == pytest.approx(1.2e-7)
     assert rough.unresolved_gain(checked(4e-3)) == 0.0
+
+
+def test_the_vibration_of_a_strip_is_solved_once(exact):
+    """Its error is known without a check, and its rows are those of the motion that its check solved."""
+    model = exact.at_accuracy(1e-6)
+    assert 0.0 < model.unresolved_gain_at(LIGHT) < 1e-5 and not list(model.all_checks())
+    model.check(LIGHT)
+    assert model.finer().strip(LIGHT) is model.strip(LIGHT)
+
+
+def test_influences_of_some_effects_need_no_selection_of_all():
+    names, strip = ("friction_feedback", "shear"), NOISY.bounds.middle
+    manifest = choose_for(NOISY.scene, strip).manifest
+    effects = EffectsAtStrips(NOISY, AUTO, 1e-2)
+    assert effects.influence(strip, names) == sum(report.influence for report in manifest if report.name in names)
+    for name in ("friction_feedback", "shear"):
+        influence = effects.influence(strip, (name,))
+        for tolerance in (0.9 * influence, 1.1 * influence):
+            assert EffectsAtStrips(NOISY, AUTO, tolerance).probably_at(strip, name) == (influence > tolerance)
+        for selection, selected in ((ALL, True), (EffectSelection(exclude=frozenset({name})), False)):
+            assert EffectsAtStrips(NOISY, selection, 1e-2).probably_at(strip, name) == selected
 
 
 def test_rough_checks_know_the_friction_power_without_following_the_ringing(exact):

@@ -21,11 +21,12 @@ import numpy as np
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.local_optimum import dimensions_within, polish
+from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import search
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.gaps import Gaps
-from solvers.rod.optimum.search.local_search import LocalResult
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
 from solvers.rod.scene import Dimensions
@@ -159,7 +160,7 @@ def _search_neighbours(context: Context, best: LocalResult, tried: set[tuple[flo
             promising.append(predicted)
     promising.sort(key=lambda candidate: candidate[0])
     for _, strip in promising[:_MAX_NEIGHBOURS]:
-        _search_slice(context, strip, tried)
+        _search_slice(context, _at_same_frequency_ratio(context, strip, best.at), tried)
         if context.best() is not best:
             return True
     return False
@@ -172,6 +173,18 @@ def _objective_correction(context: Context, check: RodCheck) -> float:
         return 0.0
     values = context.cycle.rows(check.dimensions, context.model.required)
     return exact - sum(weight * values[row] for row, weight in objective.weights)
+
+
+def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
+    """The strip of a slice with the frequency ratio of another strip, to first order, because the core contains no
+    resonances; the strip itself without resonances or continuous sizes."""
+    slice_bounds = context.sizes.around(strip)
+    free = [high > low for low, high in (slice_bounds.b, slice_bounds.h, slice_bounds.l)]
+    if not context.model.has_resonances or not any(free):
+        return strip
+    x, slope = logarithms(strip), log_frequency_ratio_gradient(other.rows.base_cycle)
+    direction = np.where(free, slope, 0.0)
+    return dimensions_within(slice_bounds, x - direction * float(slope @ (x - other.x)) / float(direction @ direction))
 
 
 def _predicted_cost(

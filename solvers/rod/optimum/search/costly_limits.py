@@ -24,12 +24,14 @@ _RADIUS = 1e-4
 def objective_error(context: Context, optimum: Optimum) -> float:
     """Estimated error of the best strip's ln objective.
 
-    The sum of the error of its check, the gain not worth a step, the gain that may remain in other gaps or along
-    limits, and the margin and the error of the check times the multipliers of the limits.
+    The sum of the error of its check, the gain not worth a step or refuted by one, the gain that may remain in other
+    gaps or along limits, and the margin and the error of the check times the multipliers of the limits.
     """
     result, second = optimum.local, optimum.second_order
     check = result.at.outcome.accuracy.estimated
-    gain = max(result.predicted_gain, context.task.min_gain) + optimum.remaining_gain
+    # Where checks miss the accuracy, slopes may be rough: what a rejected step promised may lie in another direction.
+    refuted = result.refuted_gain if check > context.model.accuracy else 0.0
+    gain = max(result.predicted_gain, refuted, context.task.min_gain) + optimum.remaining_gain
     gain += 0.0 if second is None else second.predicted_gain
     return check + gain + _sum_of_multipliers(optimum) * (context.task.margin + check)
 

@@ -131,10 +131,12 @@ class Iterate:
 @dataclass(frozen=True)
 class LocalResult:
     """The best feasible iterate or, without one, that of the least excess; ``predicted_gain`` is the gain in ln
-    objective that the model still predicts there."""
+    objective that the model still predicts there, ``refuted_gain`` what its slope promises for the longest step from
+    there that was rejected, at most what it predicted for that."""
 
     at: Iterate
     predicted_gain: float
+    refuted_gain: float = 0.0
 
     @property
     def feasible(self) -> bool:
@@ -162,14 +164,14 @@ def local_search(
         return None
     max_iterations = max_iterations or (_MAX_ITERATIONS_WITH_NOISE if model.is_excited_by_corners else _MAX_ITERATIONS)
     converged = [result.at for result in results if _is_converged_within(model, task, result, box)]
-    best, gain = current, math.inf
+    best, gain, refuted, longest = current, math.inf, 0.0, 0.0
     for _ in range(max_iterations):
         min_gain = max(task.min_gain, model.unresolved_gain(current.outcome))
         step, predicted = _model_step(task, box, current, radius, min_gain)
         if current is best:
             gain = max(predicted, 0.0) if current.feasible else math.inf
             if gain <= min_gain:
-                return LocalResult(best, gain)
+                return LocalResult(best, gain, min(refuted, gain * longest / radius))
         length = float(np.max(np.abs(step - current.x)))
         if current.feasible and _leads_to_other(
             step, current.log_cost - _RELIABLE_SHARE * predicted + min_gain, converged
@@ -178,7 +180,7 @@ def local_search(
         at_edge = length > 0.95 * radius
         if length == 0.0 or radius < model.min_radius or _is_futile(current, predicted, min_gain, at_edge, incumbent):
             break
-        trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.rows)
+        trial, tried = evaluate_iterate(model, task, dimensions_within(bounds, step), current.rows), radius
         if model.is_excited_by_corners and trial is not None and 0.0 < trial.excess < predicted and current.feasible:
             trial = _second_order_correction(model, task, bounds, trial, length, min_gain)
         actual = -math.inf if trial is None else _merit(current) - _merit(trial)
@@ -190,10 +192,12 @@ def local_search(
         else:
             # The model at the iterate must represent the peaks at the rejected strip, too.
             again = task.iterate(current.outcome, model.rows_near(trial.rows.peaks, current.dimensions))
-            best, current = again if best is current else best, again
+            if best is current:
+                best, refuted, longest = again, max(refuted, predicted), max(longest, tried)
+            current = again
         if _is_better(trial, best):
-            best = trial
-    return LocalResult(best, gain)
+            best, refuted, longest = trial, 0.0, 0.0
+    return LocalResult(best, gain, min(refuted, gain * longest / radius))
 
 
 def _leads_to_other(step: Array, expected: float, converged: Sequence[Iterate]) -> bool:

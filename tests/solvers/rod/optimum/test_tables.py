@@ -18,7 +18,9 @@ from solvers.rod.effects import EFFECTS, choose_for
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
+from solvers.rod.optimum.search import local_search as searches
 from solvers.rod.optimum.search.context import Sufficient
+from solvers.rod.optimum.search.costly_limits import objective_error
 from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.search.local_search import Task, local_search
 from solvers.rod.optimum.sqp import required_results
@@ -62,6 +64,23 @@ def test_gains_within_the_error_of_a_check_are_not_resolved(exact):
     assert exact.unresolved_gain(checked(4e-3)) == 4e-3
     assert exact.unresolved_gain(checked(4e-7)) == pytest.approx(1.2e-7)
     assert rough.unresolved_gain(checked(4e-3)) == 0.0
+
+
+def test_gains_that_rejected_steps_promised_count_where_slopes_are_rough(exact, monkeypatch):
+    """Rough slopes led to heavier strips, until steps were so short that nothing seemed left to gain."""
+    longer, slope = np.array([0.0, 0.0, 1.0]), 0.05
+    monkeypatch.setattr(
+        searches, "_model_step", lambda _, box, at, radius, gain: (at.x + radius * longer, slope * radius)
+    )
+    start = logarithms(LIGHT) + np.array([0.0, 0.03, 0.03])
+    result = local_search(exact.coarser(1e-4), Task(NOISY, 5e-6, 1e-5), NOISY.bounds, start, 2e-3)
+    assert result.predicted_gain == pytest.approx(slope * 5e-4)
+    assert result.refuted_gain == pytest.approx(slope * 2e-3)
+    optimum = SimpleNamespace(local=result, second_order=None, remaining_gain=0.0, conditions=None)
+    error = result.at.outcome.accuracy.estimated
+    for accuracy, gain in ((0.5 * error, slope * 2e-3), (2.0 * error, slope * 5e-4)):
+        context = SimpleNamespace(task=Task(NOISY, 5e-6, 1e-5), model=SimpleNamespace(accuracy=accuracy))
+        assert objective_error(context, optimum) == pytest.approx(error + gain)
 
 
 def test_the_vibration_of_a_strip_is_solved_once(exact):

@@ -59,7 +59,7 @@ class Panels(NamedTuple):
     @property
     def angles(self) -> Array:
         """All points, panel by panel, shape (panels n,)."""
-        return _points(self.edges[:-1], self.edges[1:], self.rule)
+        return points_on(self.edges[:-1], self.edges[1:], self.rule)
 
     @property
     def angles_inside(self) -> Array:
@@ -89,7 +89,8 @@ def differentiation_matrix(points: Array, weights: Array) -> Array:
 
 
 @kernel
-def _points(left: Array, right: Array, rule: Rule) -> Array:
+def points_on(left: Array, right: Array, rule: Rule) -> Array:
+    """All points of panels between their ends (panels,), panel by panel."""
     out = np.empty(left.size * rule.points.size)
     for p in range(left.size):
         for j in range(rule.points.size):
@@ -126,8 +127,8 @@ def resolve(
     left, right, max_error, batches, count = edges[:-1], edges[1:], 0.0, [], 0
     scale = np.full(checked, 1e-300)
     for _ in range(_MAX_HALVINGS):
-        values = sample(_points(left, right, rule))
-        halved, error, *halves = _panels_to_halve(values, left, right, rule, scale, tolerance, most_panels - count)
+        values = sample(points_on(left, right, rule))
+        halved, error, *halves = panels_to_halve(values, left, right, rule, scale, tolerance, most_panels - count)
         batches.append((left, halved, values))
         count, max_error = count + int((~halved).sum()), max(max_error, error)
         if not halves[0].size:
@@ -142,7 +143,7 @@ def resolve(
 
 
 @kernel
-def _panels_to_halve(
+def panels_to_halve(
     values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerance: float, most_panels: int
 ) -> tuple[NDArray[np.bool_], float, Array, Array]:
     """Mask of the panels to be halved, the largest error of the others, and the halves' left and right ends. ``scale``

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import INSIDE, Rule, largest, panel_error, rule_of, split
+from solvers.numerics.panels import INSIDE, Rule, panels_to_halve, points_on, rule_of, split
 from solvers.numerics.periodic import TURN
 from solvers.numerics.radau import Radau, radau
 from solvers.rod.cycle.composition import Cycle
@@ -85,10 +85,9 @@ class Excitation:
         corners, anchors = _anchors(cycle)
         if drive.curve.breaks.size and not corners.size:
             tolerance = max(tolerance, 1e-6)
-        if corners.size >= MANY or math.isinf(tolerance):
-            edges = split(anchors, _WIDEST)
-        else:
-            edges = _resolving_edges(drive, strip, jumps, anchors, rule_of(rule.points.size), tolerance)
+        edges = split(anchors, _WIDEST)
+        if corners.size < MANY and not math.isinf(tolerance):
+            edges = _resolving_edges(drive, strip, jumps, edges, rule_of(rule.points.size), tolerance)
         states = states_in(drive, strip, jumps, edges, rule)
         return Excitation(strip, drive, _curvature_per_force(cycle), corners, jumps, anchors, edges, states, rule)
 
@@ -251,46 +250,26 @@ def states_in(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Rada
 
 
 @kernel
-def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, anchors: Array, rule: Rule, tolerance: float) -> Array:
-    """Edges, including the anchors, between which polynomials through the points of a rule resolve forces and moment to
-    ``tolerance``, relative to the greatest of each."""
-    n, rows, scale, count = rule.points.size, (FORCE, SIDE, MOMENT), np.full(3, 1e-300), 0
-    left, right, starts = [0.0 for _ in range(0)], [0.0 for _ in range(0)], [0.0 for _ in range(0)]
-    for k in range(anchors.size - 1):
-        whole = anchors[k + 1] - anchors[k]
-        pieces = max(math.ceil(whole / _WIDEST * (1.0 - 1e-9)), 1)
-        for piece in range(pieces):
-            left.append(anchors[k] + piece / pieces * whole)
-            right.append(anchors[k] + (piece + 1) / pieces * whole if piece + 1 < pieces else anchors[k + 1])
-    while len(left) > 0:
-        angle = np.empty(len(left) * n)
-        for e in range(len(left)):
-            for i in range(n):
-                angle[e * n + i] = 0.5 * (left[e] + right[e]) + 0.5 * (right[e] - left[e]) * rule.points[i]
+def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Rule, tolerance: float) -> Array:
+    """Edges, including those given, between which polynomials through the points of a rule resolve forces and moment
+    to ``tolerance``, relative to the greatest of each."""
+    n, scale, left, right = rule.points.size, np.full(3, 1e-300), edges[:-1].copy(), edges[1:].copy()
+    starts = [0.0 for _ in range(0)]
+    while left.size > 0:
+        angle = points_on(left, right, rule)
+        for e in range(left.size):
             angle[e * n] += INSIDE
             angle[(e + 1) * n - 1] -= INSIDE
-        states, halve, number = one_sided_states(drive, strip, jumps, angle), np.zeros(len(left), np.bool_), 0
-        for k in range(3):
-            scale[k] = max(scale[k], largest(states[rows[k]]))
-        for e in range(len(left)):
-            for k in range(3):
-                error = panel_error(states[rows[k], e * n : (e + 1) * n], rule)
-                halve[e] = halve[e] or error > tolerance * scale[k]
-            halve[e] = halve[e] and right[e] - left[e] > _DISTINCT
-            number += halve[e]
-        if count + len(left) + number > _MOST_ELEMENTS:
-            halve[:] = False
-        lefts, rights = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
-        for e in range(len(left)):
-            if halve[e]:
-                middle = 0.5 * (left[e] + right[e])
-                lefts += [left[e], middle]
-                rights += [middle, right[e]]
-            else:
+        states, loads = one_sided_states(drive, strip, jumps, angle), np.empty((3, angle.size))
+        for i in range(angle.size):
+            loads[0, i], loads[1, i], loads[2, i] = states[FORCE, i], states[SIDE, i], states[MOMENT, i]
+        most = _MOST_ELEMENTS - len(starts)
+        halved, _, lefts, rights = panels_to_halve(loads, left, right, rule, scale, tolerance, most)
+        for e in range(left.size):
+            if not halved[e]:
                 starts.append(left[e])
-                count += 1
         left, right = lefts, rights
-    starts.append(anchors[-1])
+    starts.append(edges[-1])
     return np.sort(np.array(starts))
 
 

@@ -27,9 +27,8 @@ from solvers.numerics.periodic import TURN
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import ANGLE, states_of
-from solvers.rod.vibration.equation import StripEquation, quasi_static
-from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation, off_jumps
+from solvers.rod.cycle.state import ANGLE
+from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation
 from solvers.rod.vibration.motion import Motion
 from solvers.rod.vibration.periodic_motion import neighbouring_motion
 from solvers.rod.vibration.resolution import Resolved, resolved_motion
@@ -118,31 +117,10 @@ class SteadyVibration:
         return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
-        amplitudes, (side, moment) = self._amplitudes(states), self._unit_reactions
+        amplitudes, (side, moment) = self.motion.at(np.ascontiguousarray(states[ANGLE])), self._unit_reactions
         curvature_series[: self.terms] += self._unit_curvature @ amplitudes
         deflection_series[: self.terms] += self._unit_deflection @ amplitudes
         return side @ amplitudes, moment @ amplitudes
-
-    def _amplitudes(self, states: Array) -> Array:
-        """d at the states' angles, (basis, angles).
-
-        Within a step that replaces a jump of the force the total deflection stays at its value outside, so that d
-        changes by the opposite of the quasi-static shape.
-        """
-        angle, excitation = np.ascontiguousarray(states[ANGLE]), self.excitation
-        outside = off_jumps(angle, excitation.jumps)
-        amplitudes, within = self.motion.at(outside), outside != angle
-        if within.any():
-            sides = states_of(excitation.drive, excitation.strip, outside[within])
-            equation, inside = self._equation, np.ascontiguousarray(states[:, within])
-            static, outside_static = (quasi_static(equation, states)[1] for states in (inside, sides))
-            amplitudes[:, within] += equation.modes @ (outside_static - static).T
-        return amplitudes
-
-    @cached_property
-    def _equation(self) -> StripEquation:
-        e, polynomials = self.excitation, self.motion.basis.polynomials
-        return StripEquation.of(e.strip, e.inertia, e.mean, polynomials, 0.0)
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:

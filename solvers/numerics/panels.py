@@ -125,10 +125,10 @@ def resolve(
     panels.
     """
     left, right, max_error, batches, count = edges[:-1], edges[1:], 0.0, [], 0
-    scale = np.full(checked, 1e-300)
+    scale, tolerances = np.full(checked, 1e-300), np.full(checked, tolerance)
     for _ in range(_MAX_HALVINGS):
         values = sample(points_on(left, right, rule))
-        halved, error, *halves = panels_to_halve(values, left, right, rule, scale, tolerance, most_panels - count)
+        halved, error, *halves = panels_to_halve(values, left, right, rule, scale, tolerances, most_panels - count)
         batches.append((left, halved, values))
         count, max_error = count + int((~halved).sum()), max(max_error, error)
         if not halves[0].size:
@@ -137,26 +137,28 @@ def resolve(
     all_values, all_edges = np.empty((values.shape[0], count * rule.points.size)), np.empty(count + 1)
     starts = np.sort(np.concatenate([starts_of_batch[~halved] for starts_of_batch, halved, _ in batches]))
     for starts_of_batch, halved, values in batches:
-        _copy_panels(values, starts_of_batch, halved, starts, all_values)
+        copy_panels(values, starts_of_batch, halved, starts, all_values)
     all_edges[:-1], all_edges[-1] = starts, edges[-1]
     return Panels(all_edges, rule), all_values, max_error
 
 
 @kernel
 def panels_to_halve(
-    values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerance: float, most_panels: int
+    values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerances: Array, most_panels: int
 ) -> tuple[NDArray[np.bool_], float, Array, Array]:
     """Mask of the panels to be halved, the largest error of the others, and the halves' left and right ends. ``scale``
-    (checked,) is updated with the magnitudes of the checked quantities."""
+    (checked,) is updated with the magnitudes of the checked quantities, to which their ``tolerances`` (checked,) are
+    relative."""
     n, count = rule.points.size, left.size
     halved, error, max_error, number = np.zeros(count, np.bool_), np.zeros(count), 0.0, 0
     for row in range(scale.size):
         scale[row] = max(scale[row], largest(values[row]))
     for p in range(count):
         for row in range(scale.size):
-            error[p] = max(error[p], panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row])
-        # rounding errors of this relative size cannot be resolved
-        halved[p] = error[p] > tolerance and right[p] - left[p] > _MIN_WIDTH
+            relative = panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row]
+            error[p], halved[p] = max(error[p], relative), halved[p] or relative > tolerances[row]
+        # in narrower ones rounding dominates
+        halved[p] = halved[p] and right[p] - left[p] > _MIN_WIDTH
         number += halved[p]
     if count + number > most_panels:
         halved, number = np.zeros(count, np.bool_), 0
@@ -172,7 +174,7 @@ def panels_to_halve(
 
 
 @kernel
-def _copy_panels(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array, out: Array) -> None:
+def copy_panels(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array, out: Array) -> None:
     """Copy the values of the panels that were not halved into ``out``, in the order of all panels' ``starts``."""
     n = out.shape[1] // starts.size
     for p in range(left.size):

@@ -13,7 +13,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, extremes, largest, panel_error, rule_of
+from solvers.numerics.panels import Rule, copy_panels, panels_to_halve, points_on, rule_of
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, friction_corners, states_of
 from solvers.rod.load.axial_force import Drive
@@ -25,9 +25,8 @@ ROUNDING = 1e-14
 RESOLVED_ROWS = 5
 """Number of rows that panels must resolve (``resolved_rows``)."""
 _MAX_WIDTH = TURN / 4
-_MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
-"""Minimum separation of breaks [rad], below which they are merged; minimum panel width, below which rounding
-dominates."""
+_MIN_SEPARATION = 1e-9
+"""Minimum separation of breaks [rad], below which they are merged."""
 _POINTS = ((1e-4, 8), (1e-9, 16), (0.0, 20))
 """Points per panel for a load of few pieces, each with the accuracy down to which it applies. ``_SOME`` and ``_MANY``:
 numbers of pieces above which a load has some or very many pieces, and the points per panel then."""
@@ -87,17 +86,6 @@ def resolved_rows(states: Array) -> Array:
 
 
 @kernel
-def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule, scale: Array) -> Array:
-    """The states at a panel's points; ``scale`` is updated with the maximum magnitudes of the resolved rows."""
-    angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
-    states = states_of(drive, strip, angle)
-    rows = resolved_rows(states)
-    for row in range(rows.shape[0]):
-        scale[row] = max(scale[row], largest(rows[row]))
-    return states
-
-
-@kernel
 def sample(
     drive: Drive, strip: Strip, critical: float, initial: Array, rule: Rule, tolerance: float, resolved_count: int
 ) -> tuple[Array, Array]:
@@ -108,36 +96,26 @@ def sample(
     No edges are returned if the strip buckles at one of the sampled points. Close to P_cr = ``critical`` [N] rounding
     errors are amplified by 1/(1 - P/P_cr), in the forces as well with friction; smaller errors cannot be resolved.
     """
-    n, scale, least = rule.points.size, np.zeros(RESOLVED_ROWS), 0.0
-    least_force = -strip.critical if strip.couples != 0.0 else -np.inf
-    stack = [(0.0, 0.0, np.empty((ROWS, n))) for _ in range(0)]
-    for p in range(initial.size - 2, -1, -1):
-        left, right = initial[p], initial[p + 1]
-        states = _states_on(drive, strip, left, right, rule, scale)
-        stack.append((left, right, states))
-        least = min(least, extremes(states[FORCE])[1])
-    edges, resolved = [initial[0]], [np.empty((ROWS, n)) for _ in range(0)]
-    while len(stack) > 0:
-        left, right, states = stack.pop()
-        if extremes(states[FORCE])[1] <= least_force:
+    left, right, starts = initial[:-1].copy(), initial[1:].copy(), [0.0 for _ in range(0)]
+    batches = [(left, np.zeros(0, np.bool_), np.empty((ROWS, 0))) for _ in range(0)]
+    scale, least, least_force = np.full(resolved_count, 1e-300), 0.0, -strip.critical if strip.couples else -np.inf
+    while left.size > 0:
+        states = states_of(drive, strip, points_on(left, right, rule))
+        least = min(least, states[FORCE].min())
+        if least <= least_force:
             return np.empty(0), np.empty((ROWS, 0))
-        bisect = False
-        if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:
-            least, rows = min(least, extremes(states[FORCE])[1]), resolved_rows(states)
-            rounding = ROUNDING / max(1.0 + least / critical, ROUNDING)
-            for row in range(resolved_count):
-                resolvable = max(tolerance, rounding if row > 0 or strip.friction != 0.0 else ROUNDING)
-                bisect = bisect or panel_error(rows[row], rule) > resolvable * max(scale[row], 1e-300)
-        if bisect:
-            middle = 0.5 * (left + right)
-            stack.append((middle, right, _states_on(drive, strip, middle, right, rule, scale)))
-            stack.append((left, middle, _states_on(drive, strip, left, middle, rule, scale)))
-        else:
-            edges.append(right)
-            resolved.append(states)
-    out = np.empty((ROWS, len(resolved) * n))
-    for p in range(len(resolved)):
-        for row in range(ROWS):
-            for j in range(n):
-                out[row, p * n + j] = resolved[p][row, j]
-    return np.array(edges), out
+        resolvable = np.full(resolved_count, max(tolerance, ROUNDING / max(1.0 + least / critical, ROUNDING)))
+        if strip.friction == 0.0:
+            resolvable[0] = max(tolerance, ROUNDING)
+        most = MAX_PANELS - len(starts)
+        halved, _, lefts, rights = panels_to_halve(resolved_rows(states), left, right, rule, scale, resolvable, most)
+        batches.append((left, halved, states))
+        for p in range(left.size):
+            if not halved[p]:
+                starts.append(left[p])
+        left, right = lefts, rights
+    ordered = np.sort(np.array(starts))
+    out = np.empty((ROWS, ordered.size * rule.points.size))
+    for starts_of_batch, halved, states in batches:
+        copy_panels(states, starts_of_batch, halved, ordered, out)
+    return np.append(ordered, initial[-1]), out

@@ -25,28 +25,10 @@ _C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS))
 @reducing_kernel
 def _remainders(t: float) -> tuple[float, float]:
     """Stumpff's c2 and c3 for |t| <= 5.1, accurate to the last place."""
-    a = _C2[10] + t * _C2[11]
-    a = _C2[9] + t * a
-    a = _C2[8] + t * a
-    a = _C2[7] + t * a
-    a = _C2[6] + t * a
-    a = _C2[5] + t * a
-    a = _C2[4] + t * a
-    a = _C2[3] + t * a
-    a = _C2[2] + t * a
-    a = _C2[1] + t * a
-    a = _C2[0] + t * a
-    b = _C3[10] + t * _C3[11]
-    b = _C3[9] + t * b
-    b = _C3[8] + t * b
-    b = _C3[7] + t * b
-    b = _C3[6] + t * b
-    b = _C3[5] + t * b
-    b = _C3[4] + t * b
-    b = _C3[3] + t * b
-    b = _C3[2] + t * b
-    b = _C3[1] + t * b
-    b = _C3[0] + t * b
+    a = _C2[6] + t * (_C2[7] + t * (_C2[8] + t * (_C2[9] + t * (_C2[10] + t * _C2[11]))))
+    a = _C2[0] + t * (_C2[1] + t * (_C2[2] + t * (_C2[3] + t * (_C2[4] + t * (_C2[5] + t * a)))))
+    b = _C3[6] + t * (_C3[7] + t * (_C3[8] + t * (_C3[9] + t * (_C3[10] + t * _C3[11]))))
+    b = _C3[0] + t * (_C3[1] + t * (_C3[2] + t * (_C3[3] + t * (_C3[4] + t * (_C3[5] + t * b)))))
     return a, b
 
 

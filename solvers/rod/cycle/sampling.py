@@ -13,7 +13,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, copy_panels, panels_to_halve, points_on, rule_of
+from solvers.numerics.panels import Rule, copy_panels, extremes, panels_to_halve, points_on, rule_of
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, friction_corners, states_of
 from solvers.rod.load.axial_force import Drive
@@ -101,7 +101,7 @@ def sample(
     scale, least, least_force = np.full(resolved_count, 1e-300), 0.0, -strip.critical if strip.couples else -np.inf
     while left.size > 0:
         states = states_of(drive, strip, points_on(left, right, rule))
-        least = min(least, states[FORCE].min())
+        least = min(least, extremes(states[FORCE])[1])
         if least <= least_force:
             return np.empty(0), np.empty((ROWS, 0))
         resolvable = np.full(resolved_count, max(tolerance, ROUNDING / max(1.0 + least / critical, ROUNDING)))
@@ -115,7 +115,11 @@ def sample(
                 starts.append(left[p])
         left, right = lefts, rights
     ordered = np.sort(np.array(starts))
+    edges = np.empty(ordered.size + 1)
+    for p in range(ordered.size):
+        edges[p] = ordered[p]
+    edges[ordered.size] = initial[-1]
     out = np.empty((ROWS, ordered.size * rule.points.size))
     for starts_of_batch, halved, states in batches:
         copy_panels(states, starts_of_batch, halved, ordered, out)
-    return np.append(ordered, initial[-1]), out
+    return edges, out

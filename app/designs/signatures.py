@@ -50,7 +50,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.numerics.legendre.legendre_at", "f1 i"),
         ("solvers.numerics.panels.copy_panels", "f2 f1 b1 f1 f2"),
         ("solvers.numerics.panels.greatest", "f1 solvers.numerics.panels.Rule f1 f f"),
-        ("solvers.numerics.panels.panels_to_halve", "f2 f1 f1 solvers.numerics.panels.Rule f1 f1 i"),
+        ("solvers.numerics.panels.panels_to_halve", "f2 f1 f1 solvers.numerics.panels.Rule f1 f i"),
         ("solvers.numerics.panels.points_on", "f1 f1 solvers.numerics.panels.Rule"),
         ("solvers.rod.cycle.bent_strip.fibre_stresses", "solvers.rod.cycle.state.Strip f2 f1 f2 b"),
         ("solvers.rod.cycle.sampling.panel_edges", "f1"),

@@ -125,10 +125,10 @@ def resolve(
     panels.
     """
     left, right, max_error, batches, count = edges[:-1], edges[1:], 0.0, [], 0
-    scale, tolerances = np.full(checked, 1e-300), np.full(checked, tolerance)
+    scale = np.full(checked, 1e-300)
     for _ in range(_MAX_HALVINGS):
         values = sample(points_on(left, right, rule))
-        halved, error, *halves = panels_to_halve(values, left, right, rule, scale, tolerances, most_panels - count)
+        halved, error, *halves = panels_to_halve(values, left, right, rule, scale, tolerance, most_panels - count)
         batches.append((left, halved, values))
         count, max_error = count + int((~halved).sum()), max(max_error, error)
         if not halves[0].size:
@@ -144,21 +144,19 @@ def resolve(
 
 @kernel
 def panels_to_halve(
-    values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerances: Array, most_panels: int
+    values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerance: float, most_panels: int
 ) -> tuple[NDArray[np.bool_], float, Array, Array]:
     """Mask of the panels to be halved, the largest error of the others, and the halves' left and right ends. ``scale``
-    (checked,) is updated with the magnitudes of the checked quantities, to which their ``tolerances`` (checked,) are
-    relative."""
+    (checked,) is updated with the magnitudes of the checked quantities."""
     n, count = rule.points.size, left.size
     halved, error, max_error, number = np.zeros(count, np.bool_), np.zeros(count), 0.0, 0
     for row in range(scale.size):
         scale[row] = max(scale[row], largest(values[row]))
     for p in range(count):
         for row in range(scale.size):
-            relative = panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row]
-            error[p], halved[p] = max(error[p], relative), halved[p] or relative > tolerances[row]
+            error[p] = max(error[p], panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row])
         # in narrower ones rounding dominates
-        halved[p] = halved[p] and right[p] - left[p] > _MIN_WIDTH
+        halved[p] = error[p] > tolerance and right[p] - left[p] > _MIN_WIDTH
         number += halved[p]
     if count + number > most_panels:
         halved, number = np.zeros(count, np.bool_), 0

@@ -94,7 +94,7 @@ def sample(
     their points.
 
     No edges are returned if the strip buckles at one of the sampled points. Close to P_cr = ``critical`` [N] rounding
-    errors are amplified by 1/(1 - P/P_cr), in the forces as well with friction; smaller errors cannot be resolved.
+    errors are amplified by 1/(1 - P/P_cr); smaller errors cannot be resolved.
     """
     left, right, starts = initial[:-1].copy(), initial[1:].copy(), [0.0 for _ in range(0)]
     batches = [(left, np.zeros(0, np.bool_), np.empty((ROWS, 0))) for _ in range(0)]
@@ -104,9 +104,7 @@ def sample(
         least = min(least, extremes(states[FORCE])[1])
         if least <= least_force:
             return np.empty(0), np.empty((ROWS, 0))
-        resolvable = np.full(resolved_count, max(tolerance, ROUNDING / max(1.0 + least / critical, ROUNDING)))
-        if strip.friction == 0.0:
-            resolvable[0] = max(tolerance, ROUNDING)
+        resolvable = max(tolerance, ROUNDING / max(1.0 + least / critical, ROUNDING))
         most = MAX_PANELS - len(starts)
         halved, _, lefts, rights = panels_to_halve(resolved_rows(states), left, right, rule, scale, resolvable, most)
         batches.append((left, halved, states))

@@ -254,7 +254,7 @@ def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, edges: Array, rul
     """Edges, including those given, between which polynomials through the points of a rule resolve forces and moment
     to ``tolerance``, relative to the greatest of each."""
     n, scale, left, right = rule.points.size, np.full(3, 1e-300), edges[:-1].copy(), edges[1:].copy()
-    starts, tolerances = [0.0 for _ in range(0)], np.full(3, tolerance)
+    starts = [0.0 for _ in range(0)]
     while left.size > 0:
         angle = points_on(left, right, rule)
         for e in range(left.size):
@@ -264,7 +264,7 @@ def _resolving_edges(drive: Drive, strip: Strip, jumps: Array, edges: Array, rul
         for i in range(angle.size):
             loads[0, i], loads[1, i], loads[2, i] = states[FORCE, i], states[SIDE, i], states[MOMENT, i]
         most = _MOST_ELEMENTS - len(starts)
-        halved, _, lefts, rights = panels_to_halve(loads, left, right, rule, scale, tolerances, most)
+        halved, _, lefts, rights = panels_to_halve(loads, left, right, rule, scale, tolerance, most)
         for e in range(left.size):
             if not halved[e]:
                 starts.append(left[e])

@@ -133,13 +133,18 @@ def find_peaks(strip: Response, diagram: Diagram, required: RequiredResults, cor
     eta = np.array([section for section, _ in candidates])
     angles = _stress_extremes(strip, near_extremes(table, _ETA, eta), np.append(1.0, eta), corners)
     sections = [_refined_section(strip, section, angles, diagram, by_stress) for section, by_stress in candidates]
-    reactions = _refined_peaks(strip.reactions, corners) if required.reactions else np.empty(0)
+    reactions = reaction_peaks(strip, corners) if required.reactions else np.empty(0)
     return Peaks(angles, np.array(_distinct(sections)), reactions)
 
 
 def compression_peaks(force: Callable[[Array], Array]) -> Array:
     """Angles of the minima of an axial force that may become the lowest for neighbouring strips."""
     return _refined_peaks(lambda angle: -force(angle)[None])
+
+
+def reaction_peaks(strip: Response, corners: Array = _NO_CORNERS) -> Array:
+    """Angles of the peaks of side force or contact pressure that may become the highest for neighbouring strips."""
+    return _refined_peaks(strip.reactions, corners)
 
 
 def _refined_peaks(rows: Callable[[Array], Array], corners: Array = _NO_CORNERS) -> Array:

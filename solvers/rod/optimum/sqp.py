@@ -123,7 +123,7 @@ def run_slsqp(
     from scipy.optimize import minimize
 
     free = np.flatnonzero(box[:, 1] > box[:, 0])
-    epigraph = p.max_rows.size > 0
+    epigraph, constrained = p.max_rows.size > 0, np.append(p.limited, p.max_rows)
 
     # SLSQP asks for the rows and their slopes at the same point more than once. Points are told by their bytes, in a
     # tenth of the time of comparing arrays.
@@ -164,16 +164,16 @@ def run_slsqp(
         return np.concatenate([out, y[-1] + p.max_offset - values[p.max_rows]]) if epigraph else out
 
     def slack_jacobian(y: Array) -> Array:
-        slopes = -slopes_of(y)
+        slopes = slopes_of(y)
         if not epigraph:
-            return slopes[p.limited]
-        out = np.zeros((p.limited.size + p.max_rows.size, y.size))
-        out[:, :-1], out[p.limited.size :, -1] = slopes[np.append(p.limited, p.max_rows)], 1.0
+            return -slopes[p.limited]
+        out = np.zeros((constrained.size, y.size))
+        out[:, :-1], out[p.limited.size :, -1] = -slopes[constrained], 1.0
         return out
 
     start, ranges = x[free], box[free]
     if epigraph:
-        start = np.append(start, np.max(active.values(x)[p.max_rows] - p.max_offset))
+        start = np.append(start, np.max(values_of(start)[p.max_rows] - p.max_offset))
         ranges = np.vstack([ranges, [-_MAX_LOG, _MAX_LOG]])
     if free.size:
         latest = start
@@ -192,7 +192,7 @@ def run_slsqp(
     at[free] = start[: free.size]
     if not np.all(np.isfinite(at)):
         return SlsqpResult(x, np.inf, np.inf)
-    values = active.values(at)
+    values = values_of(start)
     return SlsqpResult(at, p.cost(values), p.violation(values))
 
 

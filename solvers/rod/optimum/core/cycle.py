@@ -6,7 +6,7 @@ The core consists of gas load, moving mass, beam-column and contact, so the axia
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from solvers.rod.optimum.peaks import (
     RequiredResults,
     distance_to_corners,
     find_peaks,
+    reaction_peaks,
     stencils,
 )
 from solvers.rod.optimum.sqp import ALL
@@ -83,6 +84,10 @@ class CoreCycle:
         """Locations of the peaks of a strip."""
         return find_peaks(self.strip(d), self.diagram, required, self.corners)
 
+    def reaction_peaks(self, d: Dimensions) -> Array:
+        """Crank angles of the peaks of its side force and contact pressure [rad]."""
+        return reaction_peaks(self.strip(d), self.corners)
+
     def rows_near(self, peaks: Peaks, required: RequiredResults) -> CoreRows:
         """Rows of the strips near the one with these peaks."""
         stresses, reactions = (stencils(angles, self._spacing(angles)) for angles in (peaks.angles, peaks.reactions))
@@ -131,13 +136,17 @@ class CoreRows:
 
     core: CorePeaks
     layout: Layout
+    _values: dict[bytes, Array] = field(default_factory=dict)
+    """Rows evaluated so far."""
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        out = np.empty(self.layout.size)
-        b, h, l = math.exp(x[0]), math.exp(x[1]), min(math.exp(x[2]), self.core.rod_length)
-        peak_model.rows_at(self.core, b, h, l, out)
-        return out
+        key = x.tobytes()
+        if key not in self._values:
+            out = self._values[key] = np.empty(self.layout.size)
+            b, h, l = math.exp(x[0]), math.exp(x[1]), min(math.exp(x[2]), self.core.rod_length)
+            peak_model.rows_at(self.core, b, h, l, out)
+        return self._values[key]
 
     def jacobian(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows with respect to x, shape (rows, 3)."""

@@ -190,7 +190,7 @@ def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, required: RequiredR
             indices.update(np.flatnonzero((stress >= high[fibre, j] - margin) | (stress <= low[fibre, j] + margin)))
     governed = angles[sorted(indices)]
     if required.reactions:
-        governed = np.concatenate([governed, peaks.reactions])
+        governed = np.concatenate([governed, cycle.reaction_peaks(d)])
     return governed, np.array(sections)
 
 

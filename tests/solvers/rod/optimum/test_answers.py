@@ -182,7 +182,7 @@ def test_what_is_attainable_is_reached_by_a_strip_and_known_as_well_as_is_said(a
     """The best on the full model is that of a design for the result itself, with the same effects."""
     outcome = rod.design(replace(REFERENCE, requirements=asked), selection)
     assert outcome.status is Status.INFEASIBLE
-    assert 0.0 < outcome.accuracy.estimated < 0.05
+    assert 0.0 < outcome.accuracy.estimated < 0.06
     for entry in outcome.diagnosis:
         row = BY_NAME[entry.requirement]
         beside = replace(REFERENCE, objective=row.result, requirements=without(asked, entry.requirement))

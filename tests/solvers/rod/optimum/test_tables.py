@@ -84,9 +84,8 @@ def test_gains_that_rejected_steps_promised_count_where_slopes_are_rough(exact, 
 
 
 def test_the_vibration_of_a_strip_is_solved_once(exact):
-    """Its error is known without a check, and its rows are those of the motion that its check solved."""
+    """Its rows are those of the motion that its check solved."""
     model = exact.at_accuracy(1e-6)
-    assert 0.0 < model.unresolved_gain_at(LIGHT) < 1e-5 and not list(model.all_checks())
     model.check(LIGHT)
     assert model.finer().strip(LIGHT) is model.strip(LIGHT)
 

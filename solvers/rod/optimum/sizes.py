@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -59,10 +59,6 @@ class Sizes:
         if self.step_l is not None:
             l = (_nearest_multiple(d.l, self.step_l, l),) * 2
         return Bounds(b, h, l)
-
-    def at_thickness(self, d: Dimensions) -> Bounds:
-        """The bounds, with the thickness that is nearest to a strip's if there is a stock."""
-        return replace(self.bounds, h=self.around(d).h)
 
 
 def _nearest_multiple(value: float, step: float, within: tuple[float, float]) -> float:

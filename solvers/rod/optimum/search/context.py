@@ -178,3 +178,11 @@ class Context:
         limits = {row: limit - margin for row, limit in limits.items()}
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
         return limits
+
+    def objective_correction(self, check: RodCheck) -> float:
+        """Difference of ln objective between full model and core at a checked strip."""
+        objective, exact = self.problem.objective, self.task.cost(check)
+        if objective.is_geometric or not math.isfinite(exact):
+            return 0.0
+        values = self.cycle.rows(check.dimensions, self.model.required)
+        return exact - sum(weight * values[row] for row, weight in objective.weights)

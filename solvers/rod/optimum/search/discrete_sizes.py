@@ -5,8 +5,9 @@ model and core at the strip found, and it is repeated until it returns a strip t
 assumes the same difference for all strips. The neighbouring sizes of the best strip are therefore enumerated: those
 that the core, corrected at that strip, predicts to be better or nearly feasible within its error are searched on the
 full model (with the continuous sizes free, if any), the most promising first, and again around every better strip. With
-resonances, other gaps between them are searched along paths on which only a thickness from a stock is discrete
-(``gaps``). A slice is the set of strips with the same discrete sizes.
+resonances, other gaps between them are searched: along paths of continuous sizes if the thickness is continuous
+(``gaps``), otherwise along rows of lengths (``lengths_over_gaps``). A slice is the set of strips with the same discrete
+sizes.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from itertools import product
 
 import numpy as np
 
-from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.local_optimum import dimensions_within, polish
 from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio_gradient
@@ -26,6 +26,7 @@ from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import search
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
@@ -39,8 +40,8 @@ _MODEL_ERROR_RATE = 0.3
 """Error of the corrected core in logarithms, per unit of distance in logarithms."""
 _TOLERANCE = 1e-6
 """Tolerance of the corrected core's predictions in ln objective."""
-_MAX_SLICES = 4
-"""Maximum number of slices searched in other gaps."""
+_MAX_SLICES, _MAX_ROWS = 4, 6
+"""Maximum number of slices searched in other gaps, and of rows of lengths."""
 _MIN_DISTANCE = 0.02
 """Distance in ln b, ln h, ln l from all other points at which a slice is searched again."""
 _NEIGHBOUR_STEPS = 2
@@ -77,7 +78,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         gain, ratio_range = earlier.optimum.remaining_gain, earlier.optimum.ratio_range
     elif context.model.has_resonances:
         context.confirm_effects(best)
-        _search_other_slices(context, tried)
+        (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         strip = context.best().at.dimensions
         gain, ratio_range = search_other_gaps(context, context.sizes.around(strip))
     return Optimum(context.best(), remaining_gain=gain, ratio_range=ratio_range)
@@ -100,15 +101,10 @@ def _search_from_core(context: Context, starts: Sequence[Dimensions], tried: set
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
-    """Search slices on paths over gaps other than the best strip's, and the neighbours of better strips; a path keeps a
-    thickness from a stock."""
-    gaps = Gaps(context.task, context.sizes.at_thickness, min_distance=0.0)
+    """Search slices on paths over gaps other than the best strip's, and the neighbours of better strips."""
+    gaps = Gaps(context.task, context.sizes.bounds, min_distance=0.0)
     for _ in range(_MAX_SLICES):
         best = context.best()
-        for height in context.sizes.stock_near(best.at.dimensions.h, 1):
-            ends = [result for result in context.results if result.at.dimensions.h == height]
-            if ends and height != best.at.dimensions.h:
-                gaps.add_path(min(ends, key=lambda end: (end.at.excess, end.at.log_cost)).at)
         start = gaps.next_start(best.at, lambda d: _is_new_slice(context, d, tried))
         if start is None:
             break
@@ -123,10 +119,26 @@ def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]
     return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
 
+def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Search sizes near lengths in other gaps that are about as good as the best strip; repeat from a better strip of
+    another width or thickness."""
+    searched: set[tuple[float, float]] = set()
+    for _ in range(_MAX_ROWS):
+        best = context.best()
+        d = best.at.dimensions
+        if (d.b, d.h) in searched:
+            return
+        searched.add((d.b, d.h))
+        for strip in promising_lengths(context, best.at):
+            best, result = context.best(), _search_slice(context, strip, tried)
+            if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
+                _improve_repeatedly(context, tried)
+
+
 def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None:
     """Move to better neighbouring sizes until there are none."""
     best = context.best()
-    while best is not None and _search_neighbours(context, best, tried):
+    while best is not None and _search_neighbours(context, best, best, tried):
         best = context.best()
 
 
@@ -144,13 +156,13 @@ def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, .
     return context.search_from(strip, context.sizes.around(strip), incumbent=incumbent)
 
 
-def _search_neighbours(context: Context, best: LocalResult, tried: set[tuple[float, ...]]) -> bool:
-    """Search the neighbouring sizes of the best strip, in the order of the corrected core's predictions, until one is
-    better; returns whether one is."""
-    check = best.at.outcome.value
+def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
+    """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
+    better than ``best``; returns whether one is."""
+    check = centre.at.outcome.value
     limits = context.corrected_core_limits(check)
     incumbent = best.at.log_cost if best.feasible else math.inf
-    shift = _objective_correction(context, check)
+    shift = context.objective_correction(check)
     promising = []
     for strip in _neighbours(context, check.dimensions):
         if _slice_key(context, strip) in tried:
@@ -160,19 +172,10 @@ def _search_neighbours(context: Context, best: LocalResult, tried: set[tuple[flo
             promising.append(predicted)
     promising.sort(key=lambda candidate: candidate[0])
     for _, strip in promising[:_MAX_NEIGHBOURS]:
-        _search_slice(context, _at_same_frequency_ratio(context, strip, best.at), tried)
+        _search_slice(context, _at_same_frequency_ratio(context, strip, centre.at), tried)
         if context.best() is not best:
             return True
     return False
-
-
-def _objective_correction(context: Context, check: RodCheck) -> float:
-    """Difference of ln objective between full model and core at a checked strip."""
-    objective, exact = context.problem.objective, context.task.cost(check)
-    if objective.is_geometric or not math.isfinite(exact):
-        return 0.0
-    values = context.cycle.rows(check.dimensions, context.model.required)
-    return exact - sum(weight * values[row] for row, weight in objective.weights)
 
 
 def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:

@@ -75,7 +75,6 @@ class PathPoint(NamedTuple):
 class Gaps:
     """Possible starts of searches in other gaps.
 
-    bounds_of       the bounds of a path through a strip
     min_distance    minimum distance of a start from all tried ratios, in Omega
     candidates      points that have not been tried
     tried_ratios    Omega of the starts and results of searches
@@ -84,7 +83,7 @@ class Gaps:
     """
 
     task: Task
-    bounds_of: Callable[[Dimensions], Bounds]
+    bounds: Bounds
     min_distance: float = MIN_DISTANCE
     candidates: list[PathPoint] = field(default_factory=list)
     tried_ratios: list[float] = field(default_factory=list)
@@ -192,7 +191,7 @@ class Gaps:
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with limits shifted to the best strip's exact check."""
         p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
-        box = self.bounds_of(active.base).logarithms
+        box = self.bounds.logarithms
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 
 

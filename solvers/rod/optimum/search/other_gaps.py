@@ -36,7 +36,7 @@ def search_other_gaps(
     improvement, or none that may bring more than the negligible gain; those next to further ``origins`` that are about
     as good, too. Returns the estimated gain in ln objective that remains, and the minimum and maximum frequency ratio
     searched."""
-    gaps, gain, failed = Gaps(context.task, lambda _: bounds), 0.0, 0
+    gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
     for origin in sorted((o.at for o in origins if o.feasible), key=lambda at: at.log_cost):
         if origin.log_cost < context.best().at.log_cost + MAX_EXTRA_COST:
             gaps.exclude(origin)

@@ -108,13 +108,17 @@ def test_fine_steps_cost_little(objective):
     [
         (296, rod.Dimensions(0.009, 0.0005, 0.0156)),
         (832, rod.Dimensions(0.0075, 0.0004, 0.021)),
+        (502, rod.Dimensions(0.0065, 0.000162, 0.016)),
         (2506, rod.Dimensions(0.007, 0.0003178, 0.02125)),
+        (2872, rod.Dimensions(0.0105, 0.0003, 0.0292)),
         (40048, rod.Dimensions(0.009353400793068463, 0.0004, 0.02499)),
     ],
     ids=[
         "as stiff in another thickness",
         "the next length",
+        "a length whose core is next to a resonance",
         "lengths with the strip between other resonances",
+        "lengths that no path of one thickness leads to",
         "another thickness three gaps away",
     ],
 )
@@ -126,8 +130,8 @@ def test_sizes_that_rivals_found_are_found(seed, rival):
     assert asked.objective.log_cost(best, asked.scene) <= asked.objective.log_cost(beside, asked.scene) + 1e-6
 
 
-def test_the_only_length_within_the_bounds_is_found():
-    """The step is a third of it."""
+def test_a_row_of_lengths_ends_at_the_bounds():
+    """The step is a third of the only length within the bounds: a row that went on would reach a length of zero."""
     asked = realistic(40048)
     asked = replace(asked, step_l=8.3e-3, bounds=replace(asked.bounds, l=(20e-3, 24.9e-3)))
     best = rod.design(asked).value.check
